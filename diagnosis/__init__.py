@@ -1,1 +1,1 @@
-"""Where a recording and a model disagree, what is missing, and the model with it."""
+"""Diagnosis of the gap between a recording and a model: missing effects, and the model including them."""

@@ -13,7 +13,7 @@ from diagnosis.several.confirmation import confirmed
 from diagnosis.several.result import PooledDiagnosis
 from diagnosis.several.workflow import check_apart, diagnose_together
 from diagnosis.sources import Source, of_one_array
-from diagnosis.workflow import examined, told
+from diagnosis.workflow import diagnosis_of, examine
 from scenarios.errors import errors_relocated
 
 CONFIRM = "--confirm"
@@ -46,9 +46,9 @@ def _answer_single(question: Question, source: Source, confirm: Source | None, s
     if second is not None:
         check_apart(recording, second, CONFIRM)
     known = question.known_field(source, recording)
-    seen = examined(question.posed(source, recording, known), model, say=say)
+    seen = examine(question.posed(source, recording, known), model, say=say)
     say("the simulator with the new model")
-    found = told(seen)
+    found = diagnosis_of(seen)
     if second is not None:
         say("the second recording")
         with errors_relocated(CONFIRM, "recording"):

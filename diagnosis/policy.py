@@ -1,4 +1,4 @@
-"""Every number that decides a diagnosis: its value, what it means, how often it errs, and what set it."""
+"""The numbers that decide a diagnosis: value, meaning, measured error rate, and origin of each."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ TUNED = "set on tuning seeds 0 and 1 of the bench, no sweep kept"
 
 @dataclass(frozen=True)
 class Policy:
-    """What a diagnosis holds for evidence; ``Policy(alpha=0.001)`` is stricter.
+    """Limits of a diagnosis; ``Policy(alpha=0.001)`` is stricter.
 
-    Shares lie between 0 and 1; sigma is the noise of one sample; alarms are probabilities of a false one.
-    Raises InputError for a number that is not above zero and finite.
+    Shares lie between 0 and 1; sigma is the noise of one sample; alarms are probabilities of a false alarm. Raises
+    InputError for a number that is not above zero and finite.
     """
 
     # the linear problem
@@ -32,15 +32,15 @@ class Policy:
         0.05, "rms of the strength over the field's, with fitted iron, below which a sensor turns",
         run="measured logs: 0.004 to 0.018 for four gliders with pitch and roll, 0.14 for torque rods at rest",
     )  # fmt: skip
-    still_left: float = number(
-        5.0, "what channels leave over what such iron leaves of the strength, below which a sensor is at rest",
+    still_residual: float = number(
+        5.0, "residual of channels over residual of such iron, of the strength, below which a sensor is at rest",
         run="28 to 65 for four gliders; 1.2 to 2 for two rods on a bench, on or off: iron fits any four fields",
     )  # fmt: skip
     still_line: float = number(
-        0.1, "second axis of the field's spread over the first below which it moves on a line, as one coil moves it"
+        0.1, "second axis of the field's spread over the first below which the field moves on a line, as by one coil"
     )
     still_rate: float = number(0.02, "mean rate in rad/s above which a sensor turns")
-    held_rows: float = number(0.02, "share of repeated rows from which on they are no measurements")
+    held_rows: float = number(0.02, "share of repeated rows from which on repeated rows are no measurements")
     held_odds: float = number(5.0, "times that rounding alone explains so many repeated rows")
     start_s: float = number(
         1.0, "time after a start or a pause in which a late measurement still shows the field before it",
@@ -54,11 +54,13 @@ class Policy:
         0.5, "relative difference up to which a gyro gives the attitude the same lateness as the field does",
         run="a measured quadrotor's attitude of 10 Hz: 25 ms by its gyro, 20 ms by the field, in rows of 8 ms",
     )  # fmt: skip
-    start_share: float = number(0.02, "share of the samples that are left out for that at most")
+    start_share: float = number(0.02, "largest share of samples left out for a start")
     pause: float = number(5.0, "intervals, in medians, beyond which nothing is carried on from one sample to the next")
-    base_outlier: float = number(8.0, "medians of the rest beyond which a sample is left out of the first fit of iron")
+    base_outlier: float = number(
+        8.0, "medians of the residual beyond which a sample is left out of the first fit of iron"
+    )
     most_base_outliers: float = number(
-        0.2, "share of such samples above which they are no failures but a gap, and stay"
+        0.2, "share of such samples above which the samples are a gap, not failures, and stay"
     )
 
     # is the reference wrong?
@@ -70,7 +72,7 @@ class Policy:
         run="measured logs: 0.41 for a glider's own compass; 1.06 to 1.97 for ten logs with an optical heading",
     )  # fmt: skip
     compass_gap: float = number(
-        0.5, "the same of the whole gap, which must hold too",
+        0.5, "as compass_noise, of the whole gap, which must hold as well",
         run="measured logs: 0.17 for a glider's own compass; 0.61 to 1.6 for ten logs with an optical heading",
     )  # fmt: skip
     compass_condition: float = number(
@@ -85,11 +87,11 @@ class Policy:
     )  # fmt: skip
     turned_axes_deg: float = number(
         20.0,
-        "angle between the fitted turn of a sensor and one of its axes for others up to which it is told as that",
+        "angle between the fitted turn of a sensor and a permutation of axes up to which the permutation is reported",
     )
     mount_share: float = number(
         0.99,
-        "share of a change of the iron that a turn of the attitude's axes alone explains if it is one",
+        "share of a change of the iron explained by a turn of the attitude's axes, above which the change is a turn",
         alarms="none of 100 000 soft irons drawn evenly up to 6 %; the nearest had 0.988",
         run="a hand and a boat, 3.9 degrees beside 6 % of iron",
     )  # fmt: skip
@@ -105,46 +107,48 @@ class Policy:
     )
     other_iron: float = number(
         1.1,
-        "ratio of what the model's iron leaves of the strength to what fitted iron leaves from which on they differ",
+        "residual of the strength by the model's iron over that by fitted iron, above which both differ",
     )
-    unfit_iron: float = number(2.0, "the same of all that is compared, from which on it is said where no name says so")
-    scale_share: float = number(0.9, "share of that difference that a factor alone explains if the strength is wrong")
+    unfit_iron: float = number(
+        2.0, "as other_iron, of all compared quantities, from which on a remark is made where no effect is named"
+    )
+    scale_share: float = number(
+        0.9, "share of the difference explained by a factor alone, above which the strength is wrong"
+    )
 
     # blocks and splits
-    block_s: float = number(5.0, "length of the blocks that sums are kept of")
+    block_s: float = number(5.0, "length of the blocks of sums")
     least_blocks: int = number(100, "blocks that a recording is cut into at least; shorter ones if need be")
     segment_blocks: int = number(4, "blocks of a segment, which is trained on or held out as a whole: 20 s")
     splits: int = number(5, "splits; each holds out other segments, for an event in a held-out gap is not seen by it")
     held_segments: int = number(2, "of so many segments as there are splits, those that one split holds out")
     least_held: float = number(
-        0.2, "share of what was found that the segments held out for the final gap, two fifths of the run, show",
+        0.2, "share of the accepted effects shown by the segments held out for the final gap, two fifths of the run",
         run="tuning seeds 0 and 1 of the bench: dipoles passed once, in 10 s, were explained to 0 or 99 % by chance",
     )  # fmt: skip
-    least_segment_s: float = number(1.0, "length of such a segment at least")
+    least_segment_s: float = number(1.0, "least length of such a segment")
     colour_blocks: tuple[int, ...] = number((1, 4, 16), "blocks of the means whose excess is V: 5, 20 and 80 s")
-    least_colour_means: int = number(8, "means of a length below which that length says nothing of the colour")
+    least_colour_means: int = number(8, "number of means of a length below which the length is not used for the colour")
     filled_block: float = number(0.5, "share of its samples that a block needs to count as a mean")
 
-    # what the values show by themselves
+    # direct evidence
     least_step_sigma: float = number(0.05, "least significant bit below which rounding is of no account")
     same_step: float = number(0.01, "relative difference up to which a step is the model's own")
     same_full_scale: float = number(1e-3, "relative difference up to which a full scale is the model's own")
     least_spikes: int = number(3, "single wrong values from which on they are an effect")
     one_size: float = number(
         0.25,
-        "mean of what spikes are above the least, over their mean, below which they are of one size: half is usual",
+        "mean excess of spikes over the least spike, over their mean, below which spikes have one size: half is usual",
     )
-    far_sigma: float = number(5.0, "distance from the base beyond which a sample near a spike is a wrong one too")
-    burst_sigma: float = number(
-        8.0, "the same of samples that are wrong for some in a row: white noise has none so far"
-    )
+    far_sigma: float = number(5.0, "distance from the base beyond which a sample near a spike is wrong as well")
+    burst_sigma: float = number(8.0, "distance of wrong samples in a row: never reached by white noise")
     most_burst: int = number(4, "samples in a row that a burst of wrong values lasts at most")
-    burst_median: int = number(21, "samples about a burst whose median is what it stands out from")
+    burst_median: int = number(21, "number of samples about a burst whose median is the reference")
     off_along: float = number(
-        0.1, "part of what wrong values are off by that lies along the field, below which they are the attitude's",
+        0.1, "share along the field of the error of wrong values, below which the error is the attitude's",
         run="tuning seeds: a clock's errors in a hand 0.09, spikes 0.5; an error of the attitude half its angle",
     )  # fmt: skip
-    quiet_sigma: float = number(1.5, "median gap below which the base leaves so little that a far sample is wrong")
+    quiet_sigma: float = number(1.5, "median gap after the base below which a far sample is wrong")
     spike_margin: int = number(2, "samples beside a held or clipped one whose jumps are no spikes")
     more_noise: float = number(1.1, "ratio to the model's noise from which on there is more of it")
 
@@ -154,28 +158,32 @@ class Policy:
         run="catalogue scenarios: 3 m left out a quadrotor that calibrates on the spot",
     )  # fmt: skip
     most_lobes: int = number(
-        12, "lobes of the heading beyond which a tone is none of these: a ripple would be one by chance",
+        12, "lobes of the heading beyond which a tone is no lobe: a ripple would be one by chance",
         run="tuning seeds 0 and 1, a quadrotor's even turns: three and four lobes gain 45 times what their tones do",
     )  # fmt: skip
     slowest_tone_hz: float = number(
-        0.1, "slowest ripple: with a steady current a slower one fits whatever comes round with the motion", run=TUNED
+        0.1, "slowest ripple: with a steady current a slower ripple fits anything periodic in the motion", run=TUNED
     )
     least_tone_cycles: float = number(4.0, "cycles that a ripple goes through in the recording at least")
     fastest_pulse_s: float = number(
-        30.0, "shortest period of a change of the field itself: a vehicle turns and tilts faster"
+        30.0, "shortest period of a change of the field itself: vehicles turn and tilt faster"
     )
     least_pulse_cycles: float = number(2.0, "cycles that such a change goes through in the recording at least")
-    step_margin: float = number(0.02, "share of the recording at its ends in which a jump is not told from iron")
-    place_margin_m: float = number(15.0, "how far beyond the path's box a dipole's place is looked for")
+    step_margin: float = number(
+        0.02, "share of the recording at its ends in which a jump cannot be distinguished from iron"
+    )
+    place_margin_m: float = number(
+        15.0, "distance beyond the path's box up to which the position of a dipole is searched"
+    )
     nearest_place_m: float = number(0.5, "distance to the path below which a dipole would be on the sensor")
-    farthest_place_m: float = number(60.0, "distance from which on a dipole's field is a gradient")
+    farthest_place_m: float = number(60.0, "distance from which on the field of a dipole is a gradient")
     other_place: float = number(
-        0.25, "share of the path's extent by which a second grid of places goes beyond its box, where its size differs",
+        0.25, "share of the path's extent by which a second grid of positions exceeds its box, if sizes differ",
         run="a survey of 600 m over bodies at 86 m, and a sensor led past a magnet on a table within 2.5 m",
     )  # fmt: skip
     other_scale: float = number(3.0, "ratio between this and the first grid's margin from which on sizes differ")
     about_stretch: float = number(
-        6.0, "margin about the stretch in which the gap is large, in its extents: a body is some three of them away"
+        6.0, "margin about the part with a large gap, in extents of this part: a body is about three extents away"
     )
     nearest_share: float = number(0.05, "the same as nearest_place_m, as a share of the extent of a short path")
     farthest_share: float = number(0.5, "the same as farthest_place_m, as a share of the extent of a long path")
@@ -190,163 +198,161 @@ class Policy:
         run="tuning seeds 0 and 1 of the bench: without counting the names 2 of 120 white nulls were named",
     )  # fmt: skip
     own_size: float = number(
-        3.0, "factor between its own size and the fitted one beyond which an effect without coefficients is none",
+        3.0, "factor between own and fitted size beyond which an effect without coefficients is rejected",
         run="a white hand-held log: a delay of 2.6 s at a millionth of its size had 8.8 nats, its gap was 471 sigma",
     )  # fmt: skip
     same_size: float = number(
-        0.01, "difference of ln(fitted size / own size) up to which of a delay and a low-pass neither is nearer",
+        0.01, "difference of ln(fitted size / own size) up to which neither a delay nor a low-pass is nearer",
         run="tuning seed 3: both come out within 0.0004 of their own sizes, and gain the same within 0.05 nats",
     )  # fmt: skip
     least_loop: float = number(
-        20.0, "times the noise that a threshold is at least where the field's course is itself a measurement",
+        20.0, "least threshold in times the noise, where the course of the field is itself a measurement",
         run="a white log of a rover without attitude: a loop of 1.7 times the noise had 9.9 nats",
     )  # fmt: skip
     own_course: float = number(
-        5.0, "times the noise by which a sample is off its neighbours' course from which on that is motion",
+        5.0, "deviation of a sample from its neighbours' course, in times the noise, from which on it is motion",
         run="loops of 100 nT on a turntable that rests, an attitude that errs by 0.01 to 0.05 degrees: 11 to 69 nats "
         "from the samples as they are",
     )  # fmt: skip
     listed_settings: int = number(
-        50, "settings beyond which they come from a search over the record, which has a price"
+        50, "number of settings beyond which these are a search over the recording, which has a price"
     )
-    search_price_odds: float = number(2.0, "the best of n searched settings is priced at odds of 1 in so many times n")
+    search_price_odds: float = number(
+        2.0, "the best of n searched settings is priced at odds of 1 in this number times n"
+    )
 
     # iron and effects jointly, without attitude
     matrix_prior: float = number(0.25, "standard deviation of the iron's matrix about the unit matrix")
     offset_prior: float = number(
-        0.5, "the same of its offset about zero, in strengths of the field",
+        0.5, "standard deviation of the iron's offset about zero, in strengths of the field",
         run="level turns with a current of 2000 nT: with 4 the offset went to three times the field",
     )  # fmt: skip
     fastest_turn: float = number(
         6.0, "rate in rad/s, in the median, beyond which a field without attitude or gyro is in no sensor that turns",
         run="4.2 for a hand in a hurry; 7 to 9 for magnets that a wheel turns beside a satellite's sensor at rest",
     )  # fmt: skip
-    other_unit: float = number(2.0, "factor between measurements and the field from which on their unit is another")
-    joint_passes: int = number(3, "times at most that the iron is fitted anew beside what was found")
-    joint_settled: float = number(0.1, "rms in sigma by which the target then moves, below which it is settled")
+    other_unit: float = number(2.0, "factor between measurements and the field from which on their units differ")
+    joint_passes: int = number(3, "largest number of refits of the iron with the accepted effects")
+    joint_settled: float = number(0.1, "rms in sigma of the change of the target below which the target has settled")
 
-    # a rest with a colour of its own
-    most_rows: int = number(12_000, "rows of means beyond which longer means are taken")
+    # coloured noise models
+    most_rows: int = number(12_000, "number of binned rows beyond which longer means are taken")
     kept_by_rows: float = number(
-        0.5, "share of an effect's power in such means below which what it gains between their samples counts too"
+        0.5, "share of an effect's power in such means below which its gain between their samples counts as well"
     )
-    memories: int = number(7, "slow processes that a rest is made of, evenly spaced in log memory")
+    memories: int = number(7, "number of Ornstein-Uhlenbeck processes of a noise model, evenly spaced in log memory")
     shortest_memory: float = number(3.0, "least memory of a slow process, in rows")
     longest_memory: float = number(4.0, "greatest memory, in lengths of the recording: a random walk")
     folds: int = number(5, "folds of segments, each held out once")
     fold_s: float = number(20.0, "length of a segment of a fold at least")
-    fold_share: float = number(1 / 60, "the same as a share of the recording")
-    surrogates: int = number(16, "times that an effect's columns are moved to and fro in time, as effects of none")
+    fold_share: float = number(1 / 60, "least length of a segment of a fold, as a share of the recording")
+    surrogates: int = number(16, "number of surrogates: columns of an effect shifted to and fro in time")
     coloured_nats: float = number(
-        25.0, "evidence above which an effect is accepted beside a coloured rest",
+        25.0, "evidence above which an effect is accepted in coloured noise",
         run="a trial before this program: 7.5 nats gave false names",
     )  # fmt: skip
-    tried_coloured: int = number(4, "candidates that get a rest of their own, the best with the rest as it is")
+    tried_coloured: int = number(4, "number of candidates with a noise model of their own, the best in the screening")
     same_coloured: float = number(
-        0.12, "part of the best's evidence within which one that is of no use beside it looks like it, in colour",
+        0.12, "part of the best's evidence within which a useless candidate is a look-alike, in coloured noise",
         run="a trial before this program",
     )  # fmt: skip
-    same_kin: float = number(
-        0.03, "the same of its kin beside a white rest: what an error of form gains", run="a trial before this program"
+    same_family: float = number(
+        0.03,
+        "as same_coloured, within a family in white noise: the gain of a form error",
+        run="a trial before this program",
     )
     same_constant: float = number(
-        0.007, "the same of the simpler effect that one makes too, beside a white rest",
+        0.007, "as same_coloured, of a simpler effect contained in the best, in white noise",
         run="tuning seed 14: an error of the field that grows by 2 % on the way, 0.002 behind a gradient from afar; a "
         "gradient of 3 nT/m from 250 m on a hover leads a constant by 0.021",
     )  # fmt: skip
-    same_kin_coloured: float = number(
-        0.45, "the same of its kin beside a coloured rest",
+    same_family_coloured: float = number(
+        0.45, "as same_coloured, within a family in coloured noise",
         run="a hand-held optical log: its delay of 15 ms gains 0.57 to 0.70 of what nine free columns do",
     )  # fmt: skip
     one_cause: float = number(
-        0.97, "share of a slow course's power that is one course on all axes, above which it is a cause and no noise",
+        0.97, "share of a slow course's power common to all axes, above which the course is a cause and no noise",
         run="tuning seeds 920 to 931: 0.57 to 0.93 of three noises of f^-3, 0.999 and more of drifts and temperatures",
     )  # fmt: skip
     other_size: float = number(
-        0.1, "part of what an effect explains that coefficients of their own in parts of the run add, if it is none",
+        0.1, "share of an effect's gain added by separate coefficients in parts of the run, above which it is rejected",
         run="tuning seeds 203 and 204: at most 0.03 of 67 true effects of 0.3 and 1 sigma; 0.15 for a day's change "
         "beside an attitude that walks",
     )  # fmt: skip
     other_size_coloured: float = number(
-        0.3, "the same where something is left, which may be another effect",
+        0.3, "as other_size, in a coloured residual, where a further effect may be missing",
         run="tuning seed 211: 0.15 for a gradient beside a jump that is not in yet",
     )  # fmt: skip
-    look_alike_left: float = number(0.5, "part of its evidence that a look-alike keeps at most once the best is in")
-    least_added: float = number(0.05, "share of the gap that an effect must explain beside a coloured rest")
+    look_alike_kept: float = number(0.5, "part of its evidence that a look-alike keeps at most once the best is in")
+    least_added: float = number(0.05, "share of the gap that an effect must explain in coloured noise")
 
     # several recordings
-    alpha_together: float = number(
-        0.001, "the same as alpha for several recordings together: nats of coefficients that each gets from the others"
+    alpha_pooled: float = number(
+        0.001, "as alpha, for several recordings together: nats of coefficients predicted by the other recordings"
     )
     not_transferred_alarm: float = number(
-        0.05, "probability that equal coefficients differ as much between recordings as those that do not transfer",
+        0.05, "probability of equal coefficients to differ as much between recordings as differing ones",
         alarms="4 of 196 lots of three with equal coefficients, white and coloured: see scatter_parts",
     )  # fmt: skip
     scatter_parts: int = number(
-        4, "parts of a recording whose scores show how far its coefficients scatter, or differ",
+        4, "number of parts of a recording for the scatter of coefficients",
         alarms="of 49 white and 147 coloured lots of three with equal coefficients 4 differed at 5 %, none at 1 %",
         run="quadrotor, 280 s, flicker noise, attitude that wanders by 0.01 and 0.1 degrees over 60 s, effects of 0.03 "
         "to 0.3 of the noise: at 1 % with 6 parts 5 of these 147 differed, by surrogates alone 10 of the first 36",
     )  # fmt: skip
-    same_coefficient: float = number(
-        0.04, "share of an effect by which its form is in error on one motion or another, beside the data's own error"
-    )
+    same_coefficient: float = number(0.04, "share of an effect by which its form is in error from motion to motion")
 
-    # a curve of a channel, where no effect stands
+    # a curve of a channel, where no effect is accepted
     driver_tail: float = number(0.005, "share of a channel's samples at each end beyond which its curve is straight")
-    curve_left: float = number(
-        0.5, "part of what names leave of the gap that a curve of another channel leaves at most, or the names stay",
+    curve_residual: float = number(
+        0.5, "part of the named effects' residual that a curve of another channel may leave to replace them",
         run="four payloads of three tones on an AUV: two ripples left half of the gap, the curve a hundredth",
     )  # fmt: skip
     most_curves: int = number(
-        4, "channels whose curves are added up at most",
+        4, "largest number of channels with added curves",
         alarms="of 108 rests (white, coloured, a channel's shifted in time) on an AUV and a quadrotor beside three "
         "unrelated channels 2 had a curve: both of a periodic sawtooth, whose shift is a curve of it",
     )  # fmt: skip
 
     followed_order: int = number(
-        2, "powers of a channel that iron follows, where it is held against names that explain less"
+        2, "powers of a channel followed by iron, in the comparison with named effects that explain less"
     )
-    followed_lags: int = number(
-        3, "steps in the list of lags from one to the next that iron, or what has a window, is asked to follow"
-    )
+    followed_lags: int = number(3, "step in the list of lags tried for iron, or an effect with a window")
 
-    # fuller forms of what was found
+    # fuller forms of accepted effects
     sweep_cycles: tuple[float, ...] = number(
         tuple(k / 16 for k in range(1, 13)),
-        "cycles by which a tone is ahead or behind at the end of a run of one that keeps its first frequency",
+        "cycles by which a tone leads or lags a tone of constant frequency at the end of a run",
     )
-    form_settings: int = number(40, "settings that are compared at most between the listed ones of a form")
+    form_settings: int = number(40, "largest number of settings tried between the listed ones of a form")
 
-    first_form_factor: float = number(
-        10.0, "size of a form that an effect is looked for with from the start, over its own: of one size both are one"
-    )
+    first_form_factor: float = number(10.0, "size of a first form over the effect's own: at equal size both coincide")
 
     # effects in a part of the run
     window_cells: int = number(
-        80, "cells of the recording between which an effect's begin and end are looked for first"
+        80, "number of cells of the recording at whose borders an effect's begin and end are searched first"
     )
-    window_finer: int = number(8, "by how much finer each further look at them is")
-    least_window: float = number(
-        0.04, "share of the recording that a window is long at least where it is looked for first"
-    )
+    window_finer: int = number(8, "refinement of each further search")
+    least_window: float = number(0.04, "least length of a window in the first search, as a share of the recording")
     window_share: float = number(
-        0.75, "part of a window's evidence that no effect may reach in the whole run, or there is no window",
+        0.75, "part of a window's evidence that no effect of the whole run may reach",
     )  # fmt: skip
 
-    # when it is large
+    # parts with a large gap
     part_cells: int = number(120, "cells of the recording between which the gap's size may change")
-    least_part: float = number(0.04, "share of the recording that such a part is long at least")
+    least_part: float = number(0.04, "least length of such a part, as a share of the recording")
     part_price: float = number(4.0, "price of a further part, over ln(cells), in squares of the cells' noise")
     far_larger: float = number(3.0, "ratio to the rest's power above which the gap is large in one part")
-    phase_share: float = number(0.1, "share of a stretch from which on a phase is one of its phases")
-    steady_heading: float = number(0.9, "length of the mean of a stretch's headings from which on it has one heading")
+    phase_share: float = number(0.1, "share of a part of the run from which on a phase is listed")
+    steady_heading: float = number(
+        0.9, "length of the mean heading vector of a part from which on the part has one heading"
+    )
 
-    # is what is left clean?
+    # tests of the residual
     mean_lengths_s: tuple[float, ...] = shared("mean_lengths_s")
     means_alarm: float = number(1e-3, "probability that white noise fails the test of means at any length")
     least_mean_samples: int = number(5, "samples of a tested mean at least")
-    least_tested_means: int = number(20, "means of a length at least, or it is not tested")
+    least_tested_means: int = number(20, "least number of means of a tested length")
     tone_alarm: float = number(
         1e-4, "tones that white noise is expected to show over all frequencies, were its level known exactly",
         alarms="8 of 20 000 white residuals of 6000 samples on three axes showed a tone: 4e-4",
@@ -366,114 +372,118 @@ class Policy:
         0.02, "share of the power that lies above every falling spectrum, below which a rise is of no account"
     )
     rise_part: float = number(
-        0.25, "part of the most that is left above lower frequencies, from which on a frequency belongs to a rise"
+        0.25, "part of the largest excess over lower frequencies from which on a frequency belongs to a rise"
     )
     far_row: float = number(5.0, "standard deviations from the middle beyond which a value counts as so far in it")
     filter_memory: int = number(10, "samples over which a low-pass or a delay in the model colours the noise itself")
 
-    # where it goes
+    # channels followed by the gap
     channel_bins: int = number(24, "bins of a channel")
-    channel_segments: int = number(40, "segments that go to the two folds in turn")
-    channel_mean_s: float = number(0.5, "means that are binned")
-    least_channel_means: int = number(400, "such means of a recording at least, shorter ones if need be")
+    channel_segments: int = number(40, "segments dealt to two folds in turn")
+    channel_mean_s: float = number(0.5, "length of the binned means")
+    least_channel_means: int = number(400, "least number of such means, shorter if need be")
     least_channel_share: float = number(0.003, "share of the gap from which on a channel is listed")
-    most_channels: int = number(8, "channels that are listed")
+    most_channels: int = number(8, "number of listed channels")
 
     # slow noise
     bands: int = number(40, "bands of the spectrum, evenly spaced in log frequency")
     first_line: int = number(2, "first line of the spectrum that counts: below it the mean leaks in", run=TUNED)
-    band_alarm: float = number(1e-3, "probability that any band of a noise is as far from its spectrum as it is")
-    slow_mean_s: float = number(5.0, "means in which slow errors show beside the noise of a sample")
+    band_alarm: float = number(1e-3, "probability of a band of noise to deviate as far from the spectrum")
+    slow_mean_s: float = number(5.0, "length of means in which slow errors exceed the noise of a sample")
     along_share: float = number(
-        0.65, "share that a field of its own explains of what is along the field, from which on no wander makes it",
+        0.65, "share of the structure along the field explained by a source, above which no wander makes it",
         run="independent storms 0.74 to 0.88; a day's change in flicker noise beside an attitude that wanders 0.36",
     )  # fmt: skip
     least_along_field: float = number(
         0.12, "share of slow power along the field below which it is a turn of the attitude; three equal axes have 1/3"
     )
     stands_out: float = number(2.0, "ratio to the white level from which on a slow noise stands out at a frequency")
-    least_told_lines: float = number(
-        30.0, "frequencies at which a slow noise must stand out for its nature to be told", run=TUNED
+    least_noise_lines: float = number(
+        30.0, "number of frequencies at which slow noise must stand out for its nature to be identified", run=TUNED
     )
-    step_s: float = number(5.0, "blocks between whose means the steps of a slow course are taken")
-    least_steps: int = number(40, "such steps at least, of shorter blocks if need be")
-    most_steps: int = number(400, "such steps at most, for the exact likelihood is of the third order in them")
+    step_s: float = number(5.0, "length of the blocks for steps of a slow course")
+    least_steps: int = number(40, "least number of such steps, of shorter blocks if need be")
+    most_steps: int = number(400, "largest number of such steps: the exact likelihood is cubic in the number")
     course_sigma: float = number(
-        5.0, "standard deviations of a run of innovations that are a jump or a course", run=TUNED
+        5.0, "standard deviations of a run of innovations above which the run is a jump or a course", run=TUNED
     )
     swing_lags: int = number(8, "lags at which the innovations' correlation is tested")
     swing_alarm: float = number(1e-3, "probability that random innovations correlate as much", run=TUNED)
-    stated_margin: float = number(1.5, "ratio by which slow errors may exceed what the model states of them")
+    stated_margin: float = number(1.5, "ratio by which slow errors may exceed those stated by the model")
 
-    # selection
+    # selection of effects
     same_gain: float = number(
         1e-6, "relative difference up to which two effects gain the same, and the chain's first is named",
         run="tuning seeds 0 and 1: the gains of hard iron and sensor offset differ by rounding alone",
     )  # fmt: skip
-    most_effects: int = number(3, "effects and changes of iron that are looked for")
+    most_effects: int = number(3, "largest number of effects, and of changes of iron")
     form_share: float = number(
-        0.15, "part of the first effect's size below which another is its form, no name", run=TUNED
+        0.15, "part of the first effect's size below which a further effect is its form error", run=TUNED
     )
-    same_form_share: float = number(0.35, "the same for an effect that is in already, or looked like it", run=TUNED)
+    same_form_share: float = number(
+        0.35, "as form_share, for an effect accepted before, or resembling the first effect", run=TUNED
+    )
     shrunk_form: float = number(
-        0.5, "part of its size alone that one beside the first must have, or it looked like it",
+        0.5, "part of its size alone that an effect must keep next to the first, or it resembles the first",
         run="a gradient of second order on a dive: a day's change of 0.95 sigma alone had 0.16 beside a gradient",
     )  # fmt: skip
-    absorbed_survival: float = number(0.1, "share of an effect left by the base below which it is not observable")
+    absorbed_survival: float = number(0.1, "survival of an effect below which the effect is not observable")
     survival_of_errors: float = number(
         0.02,
-        "the same of an effect that turns with the attitude, below which its errors of up to a degree make it up",
+        "survival of an effect turning with the attitude, below which attitude errors of up to a degree imitate it",
         run="level circles with errors of 0.02 degrees: 1e-4 to 6e-3 of false names; true ones of tuning seeds 216 to "
         "218 from 0.06 on",
     )
     same_iron: float = number(
-        1e-3, "part of a change of the iron's evidence within which an effect that gains less looks like it",
+        1e-3, "part of the evidence of a change of iron within which an effect is a look-alike",
         run="level spirals: an error of the field of 33 sigma gains 1e-6 less, by the second order of both",
     )  # fmt: skip
-    survival_mean_s: float = number(1.0, "means that this share is read from, for rates are noisy")
+    survival_mean_s: float = number(1.0, "length of the means for survival: rates are noisy")
 
     # doubts
-    least_share: float = number(0.2, "share of the gap that found effects must explain, or nothing is named")
+    least_share: float = number(0.2, "share of the gap that accepted effects must explain to be named")
     sure_nats: float = number(
-        50.0, "evidence from which each name stands however little of a gap it explains, where the rest is noise",
+        50.0, "evidence from which a named effect stays, however small its share of the gap, if the residual is noise",
         run="independent recordings: 28 at most in 67 coloured nulls; 55 to 271 of effects of 0.1 and 0.3 sigma beside "
         "attitudes that walk and waves of up to 0.8",
     )  # fmt: skip
-    larger_gap: float = number(1.1, "factor by which names make the gap larger if they are wrong")
+    larger_gap: float = number(1.1, "factor of growth of the gap from which on the named effects are wrong")
     least_held_excess: float = number(
-        0.02, "excess of held-out power over the noise below which a share of it says nothing", run=TUNED
+        0.02, "excess of held-out power over the noise below which its share is undefined", run=TUNED
     )
-    beside_time: float = number(0.1, "share that a channel explains beyond time's from which on a gap is no noise")
+    beside_time: float = number(
+        0.1, "share explained by a channel beyond the share of time, from which on a gap is no noise"
+    )
     form_noise: float = number(
-        0.25, "part of the first effect's size below which slow noise beside it is its form", run=TUNED
+        0.25, "part of the first effect's size below which slow noise is its form error", run=TUNED
     )
     wander_moves: float = number(
-        10.0, "times its rms that a wander changes the mean by at most: fitted iron takes most of it up",
+        10.0, "largest change of the mean by a wander, in times its rms: fitted iron absorbs most of it",
         run="an independent hand-held log: a walk of 40 nT beside an iron that was 1790 nT off",
     )  # fmt: skip
-    channel_left: float = number(
-        0.25, "part of its share of the gap that a channel keeps beyond time's, if a name is wrong",
+    channel_kept: float = number(
+        0.25, "part of its share of the gap kept by a channel beyond the share of time, if a named effect is wrong",
         run="tuning seed 1: beside a core that saturates a motor's current keeps 0.3 to 0.5",
     )  # fmt: skip
-    leading_share: float = number(0.5, "part of the first channel's share from which on another leads too")
+    leading_share: float = number(0.5, "part of the first channel's share from which on a further channel leads too")
     one_course: float = number(
-        0.9, "correlation of what an effect adds with time, or with a channel, above which that may drive it too",
+        0.9, "correlation of an effect's contribution with time, or a channel, above which either may drive it",
         run="a trial before this program: depth and temperature could not be told apart above it",
     )  # fmt: skip
-    listed_noises: int = number(3, "effects that are listed as alternatives of a slow disturbance")
+    listed_noises: int = number(3, "number of effects listed as alternatives of a slow disturbance")
 
     # what to fly next
-    least_leg_nats: float = number(0.1, "nats of the best leg below which no motion tells two effects apart")
-    leg_margin: float = number(3.0, "times the nats that tell two effects apart that a leg is to bring")
+    least_leg_nats: float = number(0.1, "nats of the best leg below which no motion separates two effects")
+    leg_margin: float = number(3.0, "nats of a planned leg over the nats that separate two effects")
 
     # parameters
     open_eigenvalue: float = number(
-        1e-5, "eigenvalue of the parameters' correlation below which their combination is left open",
+        1e-5, "eigenvalue of the parameters' correlation below which their combination is undetermined",
         run="an error of the field beside fitted iron, whose part along the field is open: 3e-13 to 9e-7, by the steps "
         "of the derivative",
     )  # fmt: skip
     open_part: float = number(
-        1e-3, "part of a parameter in such a combination from which on it has no interval", run=TUNED
+        1e-3, "part of a parameter in such a combination from which on the parameter has no interval", run=TUNED
     )
 
     def __post_init__(self) -> None:
@@ -483,30 +493,30 @@ class Policy:
 
     @property
     def apart(self) -> float:
-        """Nats by which data tell one candidate from another: ``ln(1 / alpha)``."""
+        """Difference of nats that distinguishes two candidates: ``ln(1 / alpha)``."""
         return math.log(1 / self.alpha)
 
-    def accepted_together(self, names: int) -> float:
-        """The same as `accepted` for several recordings together: ``ln(names / alpha_together)``."""
-        return math.log(names / self.alpha_together)
+    def accepted_pooled(self, names: int) -> float:
+        """Nats needed as in `accepted`, for several recordings together: ``ln(names / alpha_pooled)``."""
+        return math.log(names / self.alpha_pooled)
 
     def accepted(self, names: int) -> float:
-        """Nats of evidence above which the best of so many names is accepted: ``ln(names / alpha)``."""
+        """Nats of evidence above which the best of `names` effects is accepted: ``ln(names / alpha)``."""
         return math.log(names / self.alpha)
 
     def numbers(self) -> dict[str, float | tuple[float, ...]]:
-        """Every number by name."""
+        """All numbers by name."""
         return {f.name: getattr(self, f.name) for f in fields(self)}
 
 
 STANDARD = Policy()
-"""What a diagnosis goes by unless it is told otherwise."""
+"""Default policy of a diagnosis."""
 
 
 def changed(policy: Policy, assignments: Iterable[str]) -> Policy:
     """A policy with numbers set by texts ``name=value`` (``name=1,4,16`` for several).
 
-    Raises InputError for a name that is none, or a value that is no number of its kind.
+    Raises InputError for an unknown name, or a value of another kind.
     """
     values: dict[str, Any] = {}
     given = policy.numbers()

@@ -12,7 +12,7 @@ import numpy as np
 from diagnosis.policy import STANDARD, Policy
 from diagnosis.problem.actuators import with_actuators
 from diagnosis.problem.array_sensor import model_of_sensor, one_sensor
-from diagnosis.problem.formulation import posed
+from diagnosis.problem.formulation import pose_model
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.problem.relative import BY_MODEL, needs_field
 from diagnosis.sources import Source
@@ -69,7 +69,7 @@ class Question:
     def posed(self, source: Source, recording: Recording, known: Field) -> LinearProblem:
         """The linear problem of a recording with its known field; InputError where they cannot be compared."""
         model = self.model_for(source)
-        return posed(recording, model, *known, iron_known=not self.fitted_base, policy=self.policy)
+        return pose_model(recording, model, *known, iron_known=not self.fitted_base, policy=self.policy)
 
     def problem(self, source: Source) -> LinearProblem:
         """The linear problem of a source; error messages about the recording begin with the source's name."""

@@ -6,9 +6,9 @@ from enum import StrEnum
 
 
 class Verdict(StrEnum):
-    """A verdict is its word; `meaning` says it in general, `sentence` of one case.
+    """A verdict, a word with its general `meaning` and the template of a `sentence` for one case.
 
-    explained : whether no gap is left without a cause, which is exit status 0 of `magbench diagnose`, else 1.
+    explained : whether every gap has a cause; then `magbench diagnose` exits with status 0, else with 1.
     """
 
     meaning: str
@@ -16,7 +16,7 @@ class Verdict(StrEnum):
     explained: bool
 
     def __new__(cls, word: str, meaning: str, template: str, explained: bool) -> Verdict:
-        """A word with what belongs to it."""
+        """Create a verdict from its word."""
         verdict = str.__new__(cls, word)
         verdict._value_ = word
         verdict.meaning, verdict.template, verdict.explained = meaning, template, explained
@@ -25,43 +25,43 @@ class Verdict(StrEnum):
     NONE = (
         "none",
         "no gap beyond the noise",
-        "The model agrees with the recording: what is left is no more than the noise that it states.",
+        "The model agrees with the recording: the residual does not exceed the stated noise.",
         True,
     )
     NAMED = (
         "named",
-        "one cause, and what is left is clean",
-        "Missing in the model: {causes}{share}; what is left is clean.",
+        "one cause, and a clean residual",
+        "Missing in the model: {causes}{share}; the residual is clean.",
         True,
     )
     CLASS = (
         "class",
-        "one cause, of several that the data do not tell apart",
-        "Missing in the model: {causes}{share}; what is left is clean, but the data do not tell them apart.",
+        "one cause, of several that the data cannot distinguish",
+        "Missing in the model: {causes}{share}; the residual is clean, but the data cannot distinguish these causes.",
         True,
     )
     COMPOSITE = (
         "composite",
-        "several causes, and what is left is clean",
+        "several causes, and a clean residual",
         "Missing in the model: {causes}{share}.",
         True,
     )
     PARTIAL = (
         "partial",
-        "causes that explain a part of the gap, but something is left",
-        "Missing in the model: {causes}{share}, but something else is left ({left}).",
+        "causes that explain a part of the gap; the rest is unexplained",
+        "Missing in the model: {causes}{share}, but a part of the gap is unexplained ({left}).",
         False,
     )
     GENERIC = (
         "generic",
-        "a slow disturbance whose cause the data do not tell",
-        "A slow disturbance whose cause the data do not tell: {causes}.",
+        "a slow disturbance whose cause cannot be determined",
+        "A slow disturbance whose cause cannot be determined: {causes}.",
         False,
     )
     UNKNOWN = (
         "unknown",
         "no effect of the library explains the gap well enough",
-        "Something is missing that no effect of the library explains well enough ({left}){nearest}{goes_with}.",
+        "No effect of the library explains the gap well enough ({left}){nearest}{goes_with}.",
         False,
     )
     NOT_OBSERVABLE = (
@@ -72,5 +72,5 @@ class Verdict(StrEnum):
     )
 
     def sentence(self, *, causes: str, share: str, left: str, nearest: str, goes_with: str) -> str:
-        """The finding in one sentence for a field engineer."""
+        """State the finding in one sentence for a field engineer."""
         return self.template.format(causes=causes, share=share, left=left, nearest=nearest, goes_with=goes_with)

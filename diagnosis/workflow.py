@@ -1,4 +1,4 @@
-"""The diagnosis from a recording and a model to a verdict, a new model and the gap before and after."""
+"""The diagnosis of a recording against a model: verdict, new model, and the gap before and after."""
 
 from __future__ import annotations
 
@@ -9,28 +9,28 @@ import numpy as np
 
 from calib.numerics.threads import one_thread
 from diagnosis.decision.advice import advice_for
-from diagnosis.decision.belief import Belief, believed
-from diagnosis.decision.dip_or_strength import select_beside_dip
+from diagnosis.decision.conclusion import Conclusion, conclude
+from diagnosis.decision.dip_or_strength import select_with_dip
 from diagnosis.decision.iron import absorbed_effects
-from diagnosis.decision.late_attitude import with_attitude_in_time
-from diagnosis.decision.monotone_courses import with_rivals
+from diagnosis.decision.late_attitude import correct_late_attitude
+from diagnosis.decision.monotone_courses import with_rival_channels
 from diagnosis.decision.sentence import sentence_for
 from diagnosis.decision.verdict_rules import VerdictInput, doubts_of, verdict_of
-from diagnosis.evidence.active_parts import parts_of
-from diagnosis.evidence.candidate_result import taken_back
-from diagnosis.evidence.direct import Direct, direct_evidence, held_rows
-from diagnosis.evidence.localise import Share, localise
-from diagnosis.evidence.reference_checks import settled
+from diagnosis.evidence.active_parts import split_by_power
+from diagnosis.evidence.candidate_result import withdraw_names
+from diagnosis.evidence.direct import DirectFinding, direct_evidence, held_rows
+from diagnosis.evidence.localise import ChannelShare, localise
+from diagnosis.evidence.reference_checks import correct_reference
 from diagnosis.evidence.rising_spectrum import RisingSpectrum
-from diagnosis.evidence.start_transients import unknown_past
+from diagnosis.evidence.start_transients import find_start_samples
 from diagnosis.library.candidates import missing_channels
 from diagnosis.policy import STANDARD, Policy
-from diagnosis.problem.formulation import posed
+from diagnosis.problem.formulation import pose_model
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.repair.channel_curves import Followed, followed, followed_instead
-from diagnosis.repair.named_effects import ModelledGap, names_of
-from diagnosis.repair.new_model import patched
-from diagnosis.result import Diagnosis, How, Named
+from diagnosis.repair.channel_curves import FollowedChannels, better_channels, follow_channels
+from diagnosis.repair.named_effects import ModelledGap, named_effects
+from diagnosis.repair.new_model import patch_model
+from diagnosis.result import Diagnosis, EvidenceKind, NamedEffect
 from diagnosis.verdict import Verdict
 from recordings import Recording
 from scenarios.arrays import Array
@@ -41,13 +41,13 @@ Progress = Callable[[str], object]
 
 
 @dataclass(frozen=True)
-class Examined:
-    """A recording beside a model, and what is believed of it: all that the words of a diagnosis rest on."""
+class Examination:
+    """A recording compared with a model, and the conclusion: the basis of a diagnosis."""
 
     model: Model
     problem: LinearProblem
-    direct: tuple[Direct, ...]
-    belief: Belief
+    direct: tuple[DirectFinding, ...]
+    conclusion: Conclusion
 
 
 @one_thread()
@@ -60,102 +60,107 @@ def diagnose(
     fitted_base: bool = False,
     without: frozenset[str] = frozenset(),
     policy: Policy = STANDARD,
-    say: Progress = lambda what: None,
+    say: Progress = lambda step: None,
 ) -> Diagnosis:
-    """Where a recording and a model disagree, what is missing, and the model with it.
+    """Diagnose where a recording and a model disagree, and what is missing in the model.
 
-    field_enu_nT, strength_nT : the reference, where the model does not state it. fitted_base : the model's iron is not
-    known, so that a difference of the base is no finding. without : effects left out of the library. policy : what is
-    held for evidence.
+    field_enu_nT, strength_nT : the reference, where the model does not state one. fitted_base : the model's iron is
+    unknown, hence a difference of the base is no finding. without : effects left out of the library. policy : the
+    limits of evidence.
 
-    Raises InputError as `diagnosis.problem.formulation.pose` does, and for a bad effect table of the model.
+    Raises InputError as `diagnosis.problem.formulation.pose` does, and for an invalid effect table of the model.
     """
     say("direct evidence")
-    problem = posed(recording, model, field_enu_nT, strength_nT, iron_known=not fitted_base, policy=policy)
-    seen = examined(problem, model, without, say)
+    problem = pose_model(recording, model, field_enu_nT, strength_nT, iron_known=not fitted_base, policy=policy)
+    examination = examine(problem, model, without, say)
     say("the simulator with the new model")
-    return told(seen)
+    return diagnosis_of(examination)
 
 
-def examined(
-    whole: LinearProblem, model: Model, without: frozenset[str] = frozenset(), say: Progress = lambda what: None
-) -> Examined:
-    """What is believed of a problem that was posed with a model, wrong samples left out."""
+def examine(
+    whole: LinearProblem, model: Model, without: frozenset[str] = frozenset(), say: Progress = lambda step: None
+) -> Examination:
+    """Examine a posed problem without its invalid samples."""
     measured, direct = measured_rows(whole, without)
-    selection = with_attitude_in_time(select_beside_dip(settled(measured), without, say), say)
-    return Examined(model, selection.end.problem, direct, believed(selection))
+    selection = correct_late_attitude(select_with_dip(correct_reference(measured), without, say), say)
+    return Examination(model, selection.end.problem, direct, conclude(selection))
 
 
 def measured_rows(
     whole: LinearProblem, without: frozenset[str] = frozenset()
-) -> tuple[LinearProblem, tuple[Direct, ...]]:
-    """The problem without samples that are no measurements, or of an unknown past, and what the values show."""
+) -> tuple[LinearProblem, tuple[DirectFinding, ...]]:
+    """The problem without invalid samples and samples of unknown past, and the direct evidence."""
     direct = tuple(direct_evidence(whole, without))
-    left_out = [held_rows(whole), unknown_past(whole), *(one.samples for one in direct)]
+    left_out = [held_rows(whole), find_start_samples(whole), *(finding.samples for finding in direct)]
     return whole.without(np.logical_or.reduce(left_out)), direct
 
 
-def told(seen: Examined) -> Diagnosis:
-    """The diagnosis of what is believed, in words and with the new model."""
-    problem, belief = seen.problem, seen.belief
-    named = tuple(with_rivals(problem, one) for one in names_of(problem, belief, seen.direct))
-    left = ModelledGap.of(problem, belief)
-    where = localise(problem, left.before)
-    rise = RisingSpectrum.of(problem, left.before, left.after)
-    case = VerdictInput(problem, named, belief.clean, left.gap, where, left.after, rise)
+def diagnosis_of(examination: Examination) -> Diagnosis:
+    """The diagnosis of an examination, with sentences and the new model."""
+    problem, conclusion = examination.problem, examination.conclusion
+    named = tuple(
+        with_rival_channels(problem, cause) for cause in named_effects(problem, conclusion, examination.direct)
+    )
+    modelled = ModelledGap.of(problem, conclusion)
+    where = localise(problem, modelled.before)
+    rise = RisingSpectrum.of(problem, modelled.before, modelled.after)
+    case = VerdictInput(problem, named, conclusion.clean, modelled.gap, where, modelled.after, rise)
     verdict = verdict_of(case)
     doubts = doubts_of(case, verdict)
-    curves = _curves(seen, case, verdict, doubts)
+    curves = _curves(examination, case, verdict, doubts)
     if curves or doubts or verdict is Verdict.UNKNOWN:  # what explains little is no name
-        verdict, left = Verdict.UNKNOWN, curves.left if curves else left.undone()
-        named = tuple(one for one in named if one.how is How.DIRECT) + (curves.named if curves else ())
-    found = replace(_without_words(seen, named, verdict, doubts, where, left), rise=rise)
-    return replace(found, sentence=sentence_for(found), advice=advice_for(found))
+        verdict, modelled = Verdict.UNKNOWN, curves.modelled if curves else modelled.without_names()
+        named = tuple(cause for cause in named if cause.kind is EvidenceKind.DIRECT) + (curves.named if curves else ())
+    diagnosis = replace(_without_sentences(examination, named, verdict, doubts, where, modelled), rise=rise)
+    return replace(diagnosis, sentence=sentence_for(diagnosis), advice=advice_for(diagnosis))
 
 
-def _curves(seen: Examined, case: VerdictInput, verdict: Verdict, doubts: tuple[str, ...]) -> Followed | None:
-    """The channels that the gap follows, where nothing but slow noise is named, whose course any slow channel may have.
-
-    Beside names that explain a part of it, where they explain much more.
-    """
-    selection = seen.belief.selection
-    start, noise_alone = selection.start, seen.belief.noise is not None and not case.found
+def _curves(
+    examination: Examination, case: VerdictInput, verdict: Verdict, doubts: tuple[str, ...]
+) -> FollowedChannels | None:
+    """The channels followed by the gap, where only slow noise is named, or curves explain much more than the names."""
+    selection = examination.conclusion.selection
+    start, noise_alone = selection.start, examination.conclusion.noise is not None and not case.held_out_effects
     if doubts or verdict is Verdict.UNKNOWN or noise_alone:
-        found = followed(start)
-        return followed(start, selection.end) if found is None and selection.found and not doubts else found
-    return followed_instead(start, case) if verdict is Verdict.PARTIAL and not case.clean else None
+        followed = follow_channels(start)
+        return (
+            follow_channels(start, selection.end)
+            if followed is None and selection.accepted and not doubts
+            else followed
+        )
+    return better_channels(start, case) if verdict is Verdict.PARTIAL and not case.clean else None
 
 
-def _without_words(
-    seen: Examined,
-    named: tuple[Named, ...],
+def _without_sentences(
+    examination: Examination,
+    named: tuple[NamedEffect, ...],
     verdict: Verdict,
     doubts: tuple[str, ...],
-    where: tuple[Share, ...],
-    left: ModelledGap,
+    where: tuple[ChannelShare, ...],
+    modelled: ModelledGap,
 ) -> Diagnosis:
-    problem, selection, names = seen.problem, seen.belief.selection, {one.name for one in named}
+    problem, selection, names = examination.problem, examination.conclusion.selection, {cause.name for cause in named}
     return Diagnosis(
         verdict=verdict,
         sentence="",
         named=named,
         where=where,
-        gap=left.gap,
+        gap=modelled.gap,
         absorbed=tuple(name for name in absorbed_effects(problem) if name not in names),
         untested=_untested(problem),
         doubts=doubts,
-        ranking=taken_back(selection.judged, doubts) if verdict is Verdict.UNKNOWN else selection.judged,
+        ranking=withdraw_names(selection.results, doubts) if verdict is Verdict.UNKNOWN else selection.results,
         before=selection.before,
-        after=seen.belief.after,
-        model=patched(seen.model, named, problem),
+        after=examination.conclusion.after,
+        model=patch_model(examination.model, named, problem),
         problem=problem,
-        before_nT=left.before * problem.sigma_nT,
-        after_nT=left.after * problem.sigma_nT,
-        parts=parts_of(problem, selection.start.residual()),
+        before_nT=modelled.before * problem.sigma_nT,
+        after_nT=modelled.after * problem.sigma_nT,
+        parts=split_by_power(problem, selection.start.residual()),
     )
 
 
 def _untested(problem: LinearProblem) -> tuple[str, ...]:
-    """Effects whose causes this recording does not hold, with what is missing."""
+    """Effects whose causes are not recorded, with the missing channels."""
     missing = ((name, missing_channels(effect, problem)) for name, effect in BY_NAME.items())
     return tuple(f"{name} (no {', '.join(channels)})" for name, channels in missing if channels)

@@ -92,9 +92,9 @@ def show_together(found: PooledDiagnosis) -> None:
     """Verdict, sentence, what to do next, each effect by recording, the gaps, and what changes in the model."""
     show_text(diagnosis_headline(found) + "\n")
     for one in found.common:
-        heads = [found.among.one, "", "parameter", "value", "low", "high", "unit"]
+        heads = [found.scope.noun, "", "parameter", "value", "low", "high", "unit"]
         show_table(
-            f"{one.name}: {found.among.reach[one.reach]}", heads, list(coefficient_rows(found, one)), numbers=False
+            f"{one.name}: {found.scope.labels[one.transfer]}", heads, list(coefficient_rows(found, one)), numbers=False
         )
         show_text(agreement_line(one) + "\n")
     heads = ["gap, rms", "before, nT", "after, nT", "before / noise", "after / noise", "explained", "by itself"]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.result import Diagnosis, How
+from diagnosis.result import Diagnosis, EvidenceKind
 from scenarios.arrays import Array
 from sim.chain import apply_deterministic
 
@@ -62,7 +62,7 @@ def _given_nT(problem: LinearProblem) -> Array:
 
 def hidden_by_iron_refit(diagnosis: Diagnosis) -> bool:
     """Return whether a refit of the iron would absorb the cause, so that the gap is shown without the refit."""
-    return diagnosis.problem.mode == "vector" and any(one.how is How.IRON for one in diagnosis.named)
+    return diagnosis.problem.mode == "vector" and any(one.kind is EvidenceKind.IRON for one in diagnosis.named)
 
 
 def displayed_gap(diagnosis: Diagnosis) -> tuple[Array, Array]:

@@ -124,6 +124,17 @@ def _at_home(path: Path, name: str, home: Path | None) -> bool:
     return path == home if home else path.parent == ROOT / "sim" / "vehicles"
 
 
+def test_the_diagnosis_imports_no_effect_by_name() -> None:
+    """Effects are selected by what their class says: clues, roles, stage."""
+    names = {cls.__name__ for cls in EFFECTS}
+    found = {
+        name_of(path): sorted(used)
+        for path in FILES
+        if package_of(path) == "diagnosis" and (used := {one.split(".")[-1] for one in imported(path)} & names)
+    }
+    assert not found
+
+
 def test_a_calibrator_cannot_name_the_truth() -> None:
     """Of the recordings it sees their type alone; the truth beside a simulated one is another."""
     paths = (ROOT / "calib").rglob("*.py")

@@ -25,9 +25,9 @@ from scipy.signal import lfilter
 from benchmarks.diagnosis.resumed import resumed
 from benchmarks.diagnosis.three import FLIGHTS, flown_as
 from benchmarks.diagnosis.truth import BASE, beyond_base
-from diagnosis.problem.formulation import posed
-from diagnosis.repair.chain import left_with_iron_refitted
-from diagnosis.result import How
+from diagnosis.problem.formulation import pose_model
+from diagnosis.repair.chain import residual_with_iron_refitted
+from diagnosis.result import EvidenceKind
 from diagnosis.workflow import diagnose
 from recordings import Recording
 from scenarios.arrays import Array
@@ -136,7 +136,7 @@ def run_payload(payload: Payload) -> Row:
     begun = time.process_time()
     found = diagnose(recording, model)
     lag_s, course, _ = payload.drawn
-    curves = [one.effect for one in found.named if one.how is How.CURVE]
+    curves = [one.effect for one in found.named if one.kind is EvidenceKind.CURVE]
     return {
         **asdict(payload), "key": payload.key, "lag_s": lag_s, "course": course, "cpu_s": time.process_time() - begun,
         "verdict": found.verdict, "names": [one.name for one in found.named],
@@ -147,9 +147,9 @@ def run_payload(payload: Payload) -> Row:
 
 def explained(quiet: Recording, model: ModelSpec, effects: Sequence[Effect]) -> float:
     """Share of the gap of a recording without noise that effects explain as they are, the iron refitted each time."""
-    problem = posed(quiet, model, None, None)
+    problem = pose_model(quiet, model, None, None)
     everywhere = np.ones(len(quiet), dtype=bool)
-    left = (left_with_iron_refitted(problem, some, everywhere) for some in ((), effects))
+    left = (residual_with_iron_refitted(problem, some, everywhere) for some in ((), effects))
     before, after = (rms(one * problem.sigma_nT) for one in left)
     return 1 - (after / before) ** 2
 

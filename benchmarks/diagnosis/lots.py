@@ -33,11 +33,11 @@ from benchmarks.diagnosis.three import (
     rightly_named,
 )
 from benchmarks.diagnosis.truth import BASE, EQUIVALENT
-from diagnosis.problem.formulation import posed
-from diagnosis.result import How, Transfer
-from diagnosis.several.selection import PooledRecording, select_together
+from diagnosis.problem.formulation import pose_model
+from diagnosis.result import EvidenceKind, Transfer
+from diagnosis.several.selection import PooledRecording, select_pooled
 from diagnosis.several.verdict_rules import Pool, PooledVerdict
-from diagnosis.workflow import examined
+from diagnosis.workflow import examine
 from sim.scenario import ModelSpec
 
 POOLS_SEED = 1_000_000
@@ -102,7 +102,7 @@ def member_of(pool: VehiclePool, letter: str, i: int) -> PooledRecording:
     """A recording of a pool with its own diagnosis."""
     recording, field_enu_nT = flight(pool.trial(letter), i)
     model = ModelSpec.model_validate({"effects": BASE, "field": {"enu_nT": field_enu_nT.tolist()}})
-    return PooledRecording.of(examined(posed(recording, model, None, None), model))
+    return PooledRecording.of(examine(pose_model(recording, model, None, None), model))
 
 
 def run_lot(pool: VehiclePool, lot: str) -> Row:
@@ -110,9 +110,9 @@ def run_lot(pool: VehiclePool, lot: str) -> Row:
     begun = time.process_time()
     members = [member_of(pool, letter, int(i)) for letter, i in zip(lot[::2], lot[1::2], strict=True)]
     ready = time.process_time()
-    judged = PooledVerdict.of(Pool(members, select_together(members, lambda what: None)[0]))
+    judged = PooledVerdict.of(Pool(members, select_pooled(members, lambda what: None)[0]))
     names = [
-        [one.name, *one.named.alternatives, *one.named.rivals, str(one.reach), str(one.named.how)]
+        [one.name, *one.named.alternatives, *one.named.rivals, str(one.transfer), str(one.named.kind)]
         for one in judged.common
     ]
     return {
@@ -135,7 +135,7 @@ def wrong(row: Row) -> list[str]:
     def is_right(name: str, *others: str) -> bool:
         differ, how = Transfer.NOT_TRANSFERRED in others, others[-1]
         each = sum(lot.count(letter) for letter, names in hides.items() if names & {name, *others})
-        return bool(shared & {name, *others}) or (differ and each > 1) or (disturbed and how == How.IRON)
+        return bool(shared & {name, *others}) or (differ and each > 1) or (disturbed and how == EvidenceKind.IRON)
 
     return [one[0] for one in row["names"] if not is_right(*one)]
 

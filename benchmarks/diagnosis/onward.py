@@ -30,7 +30,7 @@ from benchmarks.diagnosis.resumed import resumed  # noqa: E402
 from benchmarks.diagnosis.truth import BASE, times  # noqa: E402
 from diagnosis.next_leg.advice import advised  # noqa: E402
 from diagnosis.next_leg.legs import measured_along  # noqa: E402
-from diagnosis.next_leg.pairs import are_twins  # noqa: E402
+from diagnosis.next_leg.pairs import are_equivalent  # noqa: E402
 from diagnosis.problem.formulation import pose  # noqa: E402
 from diagnosis.result import Diagnosis  # noqa: E402
 from diagnosis.workflow import diagnose  # noqa: E402
@@ -194,11 +194,16 @@ def run(trial: Trial) -> Row:
     model, table = trial.model, trial.table
     found = advised(diagnose(_flown(model, trial.effect, table, trial.seed), model))
     row = {"key": trial.key, "hidden": trial.effect, "verdict": found.verdict, "names": _names(found)}
-    if found.onward is None:
+    if found.next_flight is None:
         return row
     at_work = {key: value for key, value in table.items() if key != "active_s"}
-    again = diagnose(_flown(found.onward.scenario, trial.effect, at_work, trial.seed + 1), model)
-    both = {"name": found.onward.name, "other": found.onward.other, "nats": found.onward.nats, "leg": found.onward.leg}
+    again = diagnose(_flown(found.next_flight.scenario, trial.effect, at_work, trial.seed + 1), model)
+    both = {
+        "name": found.next_flight.name,
+        "other": found.next_flight.other,
+        "nats": found.next_flight.nats,
+        "leg": found.next_flight.leg,
+    }
     return row | both | {"after": again.verdict, "then": _names(again)}
 
 
@@ -226,7 +231,7 @@ def _count(names: Sequence[str]) -> int:
 
 
 def _is_one(one: str, other: str) -> bool:
-    return are_twins(one, other) or {one, other} == CONSTANT
+    return are_equivalent(one, other) or {one, other} == CONSTANT
 
 
 def split(row: Row) -> bool:

@@ -90,7 +90,7 @@ def run(trial: Trial, policy: Policy = STANDARD) -> Row:
     row = {
         **asdict(trial), "key": trial.key, "window": window, "verdict": found.verdict, "sentence": found.sentence,
         "seconds": time.perf_counter() - begun, "explained": found.gap.explained,
-        "names": [(one.name, list(one.alternatives), one.how, one.effect.active_s) for one in found.named],
+        "names": [(one.name, list(one.alternatives), one.kind, one.effect.active_s) for one in found.named],
     }  # fmt: skip
     if trial.kind == "part":
         bare = ModelSpec.model_validate({"field": {"enu_nT": field.tolist()}})

@@ -11,7 +11,7 @@ import numpy as np
 from benchmarks.diagnosis.outside import OUTSIDE
 from benchmarks.diagnosis.truth import EQUIVALENT, EXACT
 from benchmarks.diagnosis.wide.noises import SLOW
-from diagnosis.result import How
+from diagnosis.result import EvidenceKind
 from diagnosis.verdict import Verdict
 from sim.effects import EFFECTS
 
@@ -220,7 +220,7 @@ def _claims(r: Row) -> list[str]:
 
 def _of_data(r: Row) -> set[str]:
     """Names that rest on held-out data."""
-    return {name for name, _, how in r["names"] if how == How.HELD_OUT}
+    return {name for name, _, how in r["names"] if how == EvidenceKind.HELD_OUT}
 
 
 def _driven(r: Row) -> set[str]:

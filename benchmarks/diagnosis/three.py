@@ -26,9 +26,9 @@ from benchmarks.diagnosis.outside import OUTSIDE, disturbed
 from benchmarks.diagnosis.resumed import resumed
 from benchmarks.diagnosis.truth import BASE, EQUIVALENT, FLICKER, HIDDEN, Tables, felt_by, hidden, times
 from diagnosis.evidence.localise import TIME
-from diagnosis.library.candidates import part
+from diagnosis.library.candidates import select_samples
 from diagnosis.policy import STANDARD, Policy
-from diagnosis.problem.formulation import posed
+from diagnosis.problem.formulation import pose_model
 from diagnosis.result import Transfer
 from diagnosis.several.result import PooledDiagnosis
 from diagnosis.several.workflow import diagnose_together
@@ -40,7 +40,7 @@ from sim.effects import BY_NAME
 from sim.scenario import ModelSpec, load
 from sim.state import State
 
-Flown = tuple[Recording, State, Array]
+FlownLeg = tuple[Recording, State, Array]
 """A motion without errors as it is recorded, the true state along it, and the field (east, north, up)."""
 FLIGHTS = {
     "auv": (
@@ -90,7 +90,7 @@ class Three:
         length = "short" if self.short else "three"
         return f"{length}/{self.kind}/{self.vehicle}/{self.hidden}/{self.strength:g}/{self.seed}"
 
-    def flown(self, i: int) -> Flown:
+    def flown(self, i: int) -> FlownLeg:
         """The motion of one of its recordings, without errors."""
         whole = flown_as(self.vehicle, i)
         return _cut(*whole, np.random.default_rng([self.seed, i, 17])) if self.short else whole
@@ -127,7 +127,7 @@ def run_three(trial: Three, policy: Policy = STANDARD) -> dict[str, Any]:
     made = [flight(trial, i) for i in range(len(FLIGHTS[trial.vehicle]))]
     model = ModelSpec.model_validate({"effects": BASE, "field": {"enu_nT": made[0][1].tolist()}})
     begun = time.perf_counter()
-    problems = [posed(recording, model, None, None, policy=policy) for recording, _ in made]
+    problems = [pose_model(recording, model, None, None, policy=policy) for recording, _ in made]
     without = frozenset([trial.hidden] if trial.kind == "left-out" else [])
     found = diagnose_together(["first", "second", "third"], problems, model, without=without)
     return {
@@ -139,22 +139,22 @@ def run_three(trial: Three, policy: Policy = STANDARD) -> dict[str, Any]:
 
 def _names(found: PooledDiagnosis) -> list[Any]:
     return [
-        (one.name, list(one.named.alternatives), one.named.how, one.reach, one.p, one.named.nats, one.named.rivals)
+        (one.name, list(one.named.alternatives), one.named.kind, one.transfer, one.p, one.named.nats, one.named.rivals)
         for one in found.common
     ]
 
 
-def _cut(recording: Recording, state: State, field: Array, rng: np.random.Generator) -> Flown:
+def _cut(recording: Recording, state: State, field: Array, rng: np.random.Generator) -> FlownLeg:
     """A part of a flight at fewer samples a second."""
     every = max(1, round(1 / (SHORT_HZ * state.interval_s)))
     length = min(round(rng.uniform(*SHORT_S) / state.interval_s), len(recording))
     begin = int(rng.integers(len(recording) - length + 1))
     some = slice(begin, begin + length, every)
-    return recording.taken(some), replace(part(state, some), interval_s=every * state.interval_s), field
+    return recording.taken(some), replace(select_samples(state, some), interval_s=every * state.interval_s), field
 
 
 @lru_cache(maxsize=8)
-def flown_as(vehicle: str, i: int) -> Flown:
+def flown_as(vehicle: str, i: int) -> FlownLeg:
     """One flight of a vehicle without errors, as `motion.along` gives it."""
     name = next(one for one in SCENARIOS if load(one).vehicle.kind == vehicle)
     bare: dict[str, Any] = {"effects": {}, "effect_order": None, "vary": {}}
@@ -206,7 +206,7 @@ def figures_of_three(rows: Sequence[Row]) -> dict[str, Any]:
         out[f"three, {kind[0]}" + (f", {kind[1]:g} sigma" if kind[1] else "")] = {
             "runs": len(some),
             "wrong_name": float(np.mean([is_wrong(row) for row in some])),
-            **{str(reach): float(np.mean([_reaches(row, reach) for row in some])) for reach in Transfer},
+            **{str(transfer): float(np.mean([_reaches(row, transfer) for row in some])) for transfer in Transfer},
         }
     return out
 
@@ -233,9 +233,9 @@ def rightly_named(kind: str, hidden: str) -> set[str]:
     return {"null": set(), "alone": set(), "left-out": equal | drives}.get(kind, {hidden, "hard_iron"} | equal | drives)
 
 
-def _reaches(row: Row, reach: Transfer) -> bool:
+def _reaches(row: Row, transfer: Transfer) -> bool:
     right = {row["hidden"]} | EQUIVALENT.get(row["hidden"], set())
-    return any(right & {name, *others} and how == reach for name, others, _, how, *_ in row["names"])
+    return any(right & {name, *others} and how == transfer for name, others, _, how, *_ in row["names"])
 
 
 def main() -> None:

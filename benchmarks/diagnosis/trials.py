@@ -143,7 +143,7 @@ def _made_wide(trial: Trial) -> Made:
 def _row(trial: Trial, found: Diagnosis, seconds: float) -> dict[str, Any]:
     return {
         **asdict(trial), "key": trial.key, "verdict": found.verdict, "seconds": seconds,
-        "names": [(one.name, list(one.alternatives), one.how) for one in found.named],
+        "names": [(one.name, list(one.alternatives), one.kind) for one in found.named],
         "explained": found.gap.explained, "before_sigma": found.gap.before_sigma,
         "where": [channel for channel, _, _ in found.where],
     }  # fmt: skip

@@ -1,1 +1,1 @@
-"""From evidence to effects accepted and one verdict."""
+"""Decisions: from evidence to accepted effects and a verdict."""

@@ -1,4 +1,4 @@
-"""What to do next about a diagnosis, a line each: fly, log or check."""
+"""Advice after a diagnosis, one line each: what to fly, log or check."""
 
 from __future__ import annotations
 
@@ -8,125 +8,131 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.decision.remarks import long_climb, long_track
-from diagnosis.decision.sentence import curves_of
-from diagnosis.evidence.slow_noise import turns_the_field
+from diagnosis.decision.sentence import channel_curves
+from diagnosis.evidence.slow_noise import is_attitude_error
 from diagnosis.problem.actuators import as_currents
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.result import Diagnosis, How, Named, Transfer
+from diagnosis.result import Diagnosis, EvidenceKind, NamedEffect, Transfer
 from diagnosis.verdict import Verdict
 from recordings.channels import ALTITUDE, LATITUDE, LONGITUDE
 from sim.effects import BY_NAME
 from validation.text import digits, short
 
 TRIED_CHANNELS = 2
-"""Channels that are offered as actuators."""
+"""Number of channels offered as actuators."""
 
 
-def advice_for(found: Diagnosis) -> tuple[str, ...]:
-    """What to do next: every line of `ADVICE` that applies."""
-    return tuple(dict.fromkeys(line for advise in ADVICE for line in advise(found)))
+def advice_for(diagnosis: Diagnosis) -> tuple[str, ...]:
+    """All applicable lines of `ADVICE`."""
+    return tuple(dict.fromkeys(line for advise in ADVICE for line in advise(diagnosis)))
 
 
-def mend_the_reference(found: Diagnosis) -> Iterator[str]:
-    """A field that was misread, a heading that hides the errors of the magnetometer that it was made from."""
-    yield from (one.figures for one in found.problem.instead)
+def correct_reference(diagnosis: Diagnosis) -> Iterator[str]:
+    """A misread field, or a heading computed from the magnetometer, which hides its errors."""
+    yield from (correction.figures for correction in diagnosis.problem.corrections)
 
 
-def follow_the_track(found: Diagnosis) -> Iterator[str]:
-    """A field that changes along a long track is no effect: latitude and longitude tell it."""
-    if any(long_track(found)):
+def give_position(diagnosis: Diagnosis) -> Iterator[str]:
+    """A field changing along a long track is no effect: latitude and longitude explain it."""
+    if any(long_track(diagnosis)):
         yield (
-            f"Give the log's place, --map {LATITUDE}=COLUMN --map {LONGITUDE}=COLUMN: the field then changes along "
-            "the track as IGRF says. A gradient that is named without it may be no more than that."
+            f"Add the position of the log, --map {LATITUDE}=COLUMN --map {LONGITUDE}=COLUMN: the model's field then "
+            "follows IGRF along the track. Without a position, a named gradient may be the Earth's own."
         )
 
 
-def follow_the_height(found: Diagnosis) -> Iterator[str]:
-    """A field that falls with height is no effect: the place and the altitude tell it."""
-    if any(long_climb(found)):
+def give_altitude(diagnosis: Diagnosis) -> Iterator[str]:
+    """A field falling with height is no effect: position and altitude explain it."""
+    if any(long_climb(diagnosis)):
         yield (
-            f"Give the model's [field] by {LATITUDE}, {LONGITUDE} and date, and the log's height, --map "
-            f"{ALTITUDE}=COLUMN: the field then changes with height as IGRF says. What is named without it, and rises "
-            "or falls with height, may be no more than that."
+            f"State the model's [field] by {LATITUDE}, {LONGITUDE} and date, and add the height of the log, "
+            f"--map {ALTITUDE}=COLUMN: the model's field then follows IGRF with height. Without a height, an effect "
+            "rising or falling with height may be the Earth's own change."
         )
 
 
-def try_an_actuator(found: Diagnosis) -> Iterator[str]:
-    """A recorded channel that the gap goes with may be what drives it."""
-    goes_with = [one.channel for one in found.where[:TRIED_CHANNELS] if one.channel in _untried(found)]
-    if goes_with and not found.verdict.explained and not curves_of(found):
-        options = " ".join(f"--actuator {name}" for name in goes_with)
-        yield f"The gap goes with {' and '.join(goes_with)}: try {options}."
+def try_actuator(diagnosis: Diagnosis) -> Iterator[str]:
+    """A recorded channel followed by the gap may drive it."""
+    followed = [
+        share.channel for share in diagnosis.where[:TRIED_CHANNELS] if share.channel in _untried_channels(diagnosis)
+    ]
+    if followed and not diagnosis.verdict.explained and not channel_curves(diagnosis):
+        options = " ".join(f"--actuator {name}" for name in followed)
+        yield f"The gap follows {' and '.join(followed)}: try {options}."
 
 
-def _untried(found: Diagnosis) -> set[str]:
-    """Recorded channels that are not treated like motor currents; a place drives nothing."""
+def _untried_channels(found: Diagnosis) -> set[str]:
+    """Recorded channels not treated like motor currents; a position drives nothing."""
     recording = found.problem.recording
     return set(recording.channels) - set(as_currents(recording)) - {LATITUDE, LONGITUDE, ALTITUDE}
 
 
-def seek_the_mechanism(found: Diagnosis) -> Iterator[str]:
-    """A curve names a channel; what it drives is for people to find, or to say where it commands a current."""
-    untried = [channel for one in curves_of(found) if (channel := one.effect.required_inputs[-1]) in _untried(found)]
+def find_mechanism(diagnosis: Diagnosis) -> Iterator[str]:
+    """A curve names a channel, not a mechanism."""
+    untried = [
+        channel
+        for curve in channel_curves(diagnosis)
+        if (channel := curve.effect.required_inputs[-1]) in _untried_channels(diagnosis)
+    ]
     if untried:
         options = " ".join(f"--actuator {channel}" for channel in untried)
-        yield f"Where {' or '.join(untried)} commands a current or a coil, say so: {options}. It can then be named."
-    for one in curves_of(found):
-        channel, traits = one.effect.required_inputs[-1], one.effect.traits
-        rivals = f" A curve of {' or '.join(one.rivals)} does nearly as well." if one.rivals else ""
-        seen = found.problem.state.channel(channel)
-        known = f" It is known for {channel} from {short(float(seen.min()))} to {short(float(seen.max()))} alone."
-        yield f"The curve of {channel} tells no mechanism: {traits.experiment}; {traits.remedy}.{known}{rivals}"
+        yield f"If {' or '.join(untried)} commands a current or a coil, add {options}: the effect can then be named."
+    for curve in channel_curves(diagnosis):
+        channel, traits = curve.effect.required_inputs[-1], curve.effect.traits
+        rivals = f" A curve of {' or '.join(curve.rivals)} explains nearly as much." if curve.rivals else ""
+        seen = diagnosis.problem.state.channel(channel)
+        known = f" The curve holds for {channel} from {short(float(seen.min()))} to {short(float(seen.max()))} only."
+        yield f"The curve of {channel} shows no mechanism: {traits.experiment}; {traits.remedy}.{known}{rivals}"
 
 
-def fly_another_motion(found: Diagnosis) -> Iterator[str]:
-    """Effects that the base takes up need another motion; a fixed station has none."""
-    if found.absorbed and found.problem.turns:
+def fly_other_motion(diagnosis: Diagnosis) -> Iterator[str]:
+    """Effects absorbed by the base need another motion, unless the station is fixed."""
+    if diagnosis.absorbed and diagnosis.problem.turns:
         yield (
-            f"On this motion {', '.join(found.absorbed)} can hardly be told from hard and soft iron, which they bias; "
-            "fly turns at different rates and with changing roll and pitch (a spiral both ways, then a comb)."
+            f"On this motion {', '.join(diagnosis.absorbed)} can hardly be distinguished from hard and soft iron, and "
+            "bias both; fly turns at different rates with changing roll and pitch (a spiral both ways, then a comb)."
         )
 
 
-def tell_look_alikes_apart(found: Diagnosis) -> Iterator[str]:
-    """Each kind of look-alikes has its own test."""
-    yield from ways_to_tell(found.named)
+def separate_look_alikes(diagnosis: Diagnosis) -> Iterator[str]:
+    """Each class of look-alikes has its own test."""
+    yield from separation_advice(diagnosis.named)
 
 
-def ways_to_tell(named: Sequence[Named]) -> Iterator[str]:
-    """For each name with look-alikes what to do that tells them apart."""
-    for one in named:
-        if one.others:
+def separation_advice(named: Sequence[NamedEffect]) -> Iterator[str]:
+    """For each named effect with look-alikes, how to distinguish them."""
+    for cause in named:
+        if cause.look_alikes:
             ways = dict.fromkeys(
-                filter(None, (BY_NAME[name].traits.experiment for name in (one.name, *one.alternatives)))
+                filter(None, (BY_NAME[name].traits.experiment for name in (cause.name, *cause.alternatives)))
             )
-            yield f"{one.name} may also be {', '.join(one.others)}. To tell: {'; '.join(ways)}."
+            yield f"{cause.name} may also be {', '.join(cause.look_alikes)}. To distinguish: {'; '.join(ways)}."
 
 
-def turn_where_it_stood(found: Diagnosis) -> Iterator[str]:
-    """Iron or a jump in a part of the run, in which or beside which the vehicle stands: so is the field of that place.
+def turn_at_standstill(diagnosis: Diagnosis) -> Iterator[str]:
+    """Iron or a jump during, or next to, a standstill: the field of the place has the same effect.
 
-    Of a vehicle that stands the strength alone tells nothing of an offset but its part along the field.
+    At a standstill, the strength alone determines an offset only along the field.
     """
-    time_s = found.problem.state.time_s
-    for one in found.named:
-        moment, stretch = one.effect.with_role("moment"), found.stretch(one)
+    time_s = diagnosis.problem.state.time_s
+    for cause in diagnosis.named:
+        moment, stretch = cause.effect.with_role("moment"), diagnosis.stretch(cause)
         if moment is not None:
-            begin_s = getattr(one.effect, moment)
+            begin_s = getattr(cause.effect, moment)
             acts, when = time_s >= begin_s, f"from {digits(begin_s, 4)} s on"
-        elif stretch is not None and one.effect.traits.absorbed:
-            acts, when = one.effect.is_active(time_s), stretch.words
+        elif stretch is not None and cause.effect.traits.absorbed:
+            acts, when = cause.effect.is_active(time_s), stretch.words
         else:
             continue
-        if found.problem.turns and (_stands(found.problem, acts) or _stands(found.problem, ~acts)):
+        if diagnosis.problem.turns and (_is_at_rest(diagnosis.problem, acts) or _is_at_rest(diagnosis.problem, ~acts)):
             yield (
-                f"{one.name} acts {when}, and in that part or beside it the vehicle stands: the field of the "
-                "place where it stood, of steel or a magnet near by, looks the same. To tell: turn it there too."
+                f"{cause.name} acts {when}, and the vehicle stands still during this part or outside it: steel or a "
+                "magnet near the standstill looks the same. To distinguish: turn the vehicle at this place too."
             )
 
 
-def _stands(problem: LinearProblem, samples: NDArray[np.bool_]) -> bool:
-    """Whether the field hardly turns in the sensor at some of the samples (n,)."""
+def _is_at_rest(problem: LinearProblem, samples: NDArray[np.bool_]) -> bool:
+    """Whether the field hardly turns in the sensor during some of the samples (n,)."""
     if not samples.any():
         return False
     field_nT = problem.state.field_nT[samples]
@@ -134,79 +140,79 @@ def _stands(problem: LinearProblem, samples: NDArray[np.bool_]) -> bool:
     return spread_nT < problem.policy.still_spread * float(np.linalg.norm(field_nT.mean(axis=0)))
 
 
-def suspect_navigation(found: Diagnosis) -> Iterator[str]:
-    """An error of the attitude turns the field, and leaves nothing along it."""
-    unexplained = found.verdict in (Verdict.UNKNOWN, Verdict.PARTIAL)
-    slow = turns_the_field(found.problem, found.after_nT / found.problem.sigma_nT)
-    if unexplained and (slow or _rise_turns_the_field(found)):
-        yield "What is left has no part along the field: suspect navigation's attitude or time stamps."
+def suspect_navigation(diagnosis: Diagnosis) -> Iterator[str]:
+    """An attitude error turns the field and leaves nothing along it."""
+    unexplained = diagnosis.verdict in (Verdict.UNKNOWN, Verdict.PARTIAL)
+    slow = is_attitude_error(diagnosis.problem, diagnosis.after_nT / diagnosis.problem.sigma_nT)
+    if unexplained and (slow or _rise_is_across_field(diagnosis)):
+        yield "The residual has no part along the field: check the attitude and the time stamps of the navigation."
 
 
-def log_what_turns(found: Diagnosis) -> Iterator[str]:
-    """No noise of a sensor rises with frequency: something in the vehicle is as fast as that, or the clocks are uneven.
+def log_rotating_parts(diagnosis: Diagnosis) -> Iterator[str]:
+    """A spectrum rising with frequency is no sensor noise: a rotating part is as fast, or the clocks are uneven.
 
-    What the vehicle turns has a part along the field.
+    A rotating part has a component along the field.
     """
-    if found.rise is not None and not _rise_turns_the_field(found):
+    if diagnosis.rise is not None and not _rise_is_across_field(diagnosis):
         yield (
-            f"There is {found.rise.words}, and a sensor's noise does not rise with frequency: a wheel, a propeller or "
-            "a pump gives a tone that sweeps with its speed. Switch it off for a run, or add its speed to the log."
+            f"The residual has {diagnosis.rise.words}; sensor noise does not rise with frequency, but a wheel, a "
+            "propeller or a pump gives a tone that sweeps with its speed. Switch it off for a run, or log its speed."
         )
 
 
-def _rise_turns_the_field(found: Diagnosis) -> bool:
-    """Whether what rises with frequency is so large that it shows sample by sample, and has nothing along the field."""
-    problem = found.problem
-    each_s = problem.state.interval_s
-    return found.rise is not None and turns_the_field(problem, found.after_nT / problem.sigma_nT, each_s)
+def _rise_is_across_field(diagnosis: Diagnosis) -> bool:
+    """Whether the rising part is visible sample by sample and has no component along the field."""
+    problem = diagnosis.problem
+    interval_s = problem.state.interval_s
+    return diagnosis.rise is not None and is_attitude_error(problem, diagnosis.after_nT / problem.sigma_nT, interval_s)
 
 
-def log_attitude(found: Diagnosis) -> Iterator[str]:
+def log_attitude(diagnosis: Diagnosis) -> Iterator[str]:
     """Without attitude little is observable."""
-    if found.problem.mode == "strength" and not found.problem.instead:
-        bare = any(one.how is How.HELD_OUT and not one.spread for one in found.named)
-        why = ", so that parameters have no interval" if bare else ""
+    if diagnosis.problem.mode == "strength" and not diagnosis.problem.corrections:
+        bare = any(cause.kind is EvidenceKind.HELD_OUT and not cause.spread for cause in diagnosis.named)
+        why = ", and parameters have no interval" if bare else ""
         yield f"Without attitude only the field's strength was compared{why}; log attitude to see more."
 
 
-def confirm(found: Diagnosis) -> Iterator[str]:
-    """One recording shares its slow noise with its held-out segments; what the values show needs no other."""
-    if found.second:
-        yield from _not_borne_out(found)
+def confirm_by_second_recording(diagnosis: Diagnosis) -> Iterator[str]:
+    """Held-out segments share the slow noise of their recording; direct evidence needs no confirmation."""
+    if diagnosis.has_second:
+        yield from _unconfirmed(diagnosis)
         return
-    asked = [one for one in found.named if one.how is not How.DIRECT]
-    if asked and all(one.evidence is Transfer.SINGLE_RUN for one in asked):
-        yield "Confirm on a second recording with --confirm: held-out segments of one run share its slow noise."
+    unconfirmed = [cause for cause in diagnosis.named if cause.kind is not EvidenceKind.DIRECT]
+    if unconfirmed and all(cause.transfer is Transfer.SINGLE_RUN for cause in unconfirmed):
+        yield "Confirm on a second recording with --confirm: all segments of one recording share its slow noise."
 
 
-def _not_borne_out(found: Diagnosis) -> Iterator[str]:
-    several = [one.name for one in found.named if one.askable and one.evidence is Transfer.SINGLE_RUN]
+def _unconfirmed(diagnosis: Diagnosis) -> Iterator[str]:
+    several = [cause.name for cause in diagnosis.named if cause.transferable and cause.transfer is Transfer.SINGLE_RUN]
     if several:
         yield (
-            f"The second recording does not bear out {', '.join(several)}: not there, of another size, or not to be "
-            "told there. Give both to magbench diagnose, without --confirm: it says which."
+            f"The second recording does not confirm {', '.join(several)}: absent, of another size, or not observable. "
+            "Give both recordings to magbench diagnose without --confirm to see which."
         )
 
 
-def log_more_channels(found: Diagnosis) -> Iterator[str]:
-    """What cannot be tested."""
-    if found.untested:
-        yield "Not tested for want of channels: " + ", ".join(found.untested) + "."
+def log_more_channels(diagnosis: Diagnosis) -> Iterator[str]:
+    """Effects that cannot be tested."""
+    if diagnosis.untested:
+        yield "Not tested, for lack of channels: " + ", ".join(diagnosis.untested) + "."
 
 
 Advise = Callable[[Diagnosis], Iterator[str]]
 ADVICE: tuple[Advise, ...] = (
-    mend_the_reference,
-    follow_the_track,
-    follow_the_height,
-    try_an_actuator,
-    seek_the_mechanism,
-    fly_another_motion,
-    tell_look_alikes_apart,
-    turn_where_it_stood,
+    correct_reference,
+    give_position,
+    give_altitude,
+    try_actuator,
+    find_mechanism,
+    fly_other_motion,
+    separate_look_alikes,
+    turn_at_standstill,
     suspect_navigation,
-    log_what_turns,
+    log_rotating_parts,
     log_attitude,
-    confirm,
+    confirm_by_second_recording,
     log_more_channels,
 )

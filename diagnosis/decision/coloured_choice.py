@@ -1,4 +1,4 @@
-"""The choice of an effect where what is left is coloured: each candidate beside a rest of its own."""
+"""Choice of an effect in coloured noise: each candidate is tested with a noise model of its own."""
 
 from __future__ import annotations
 
@@ -7,237 +7,270 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from diagnosis.decision.screening import Screening
-from diagnosis.decision.white_choice import Accepted, Round, are_kin, instead_of, of_one_course, simplest
-from diagnosis.evidence.attitude_like import TURNS, an_attitude_does_as_well
-from diagnosis.evidence.attitude_wander import a_wander_does_better, beside_a_wander
+from diagnosis.decision.white_choice import (
+    AcceptedEffect,
+    RoundResult,
+    alternatives_to,
+    in_same_family,
+    is_channel_equivalent,
+    select_simplest,
+)
+from diagnosis.evidence.attitude_like import TURNS, attitude_explains_as_much
+from diagnosis.evidence.attitude_wander import attitude_wander_explains_more, with_attitude_wander
 from diagnosis.evidence.baseline import Baseline, IsClean, added_share
 from diagnosis.evidence.candidate_result import TOO_LITTLE, CandidateResult
 from diagnosis.evidence.candidate_test import (
     CandidateFit,
     ColouredBaseline,
-    gained_along_the_field,
-    gains_along_the_field,
-    look_alikes,
-    share_along_the_field,
+    explains_along_field,
+    find_look_alikes,
+    gain_along_field,
+    share_along_field,
 )
-from diagnosis.evidence.constancy import differs_along_the_run
-from diagnosis.evidence.heading_harmonics import goes_with_heading, swings_with_the_field
+from diagnosis.evidence.constancy import coefficients_change
+from diagnosis.evidence.heading_harmonics import follows_earth_frame, follows_heading
 from diagnosis.evidence.held_out import Evidence
 from diagnosis.evidence.smooth_course import (
-    a_course_of_the_field_does_better,
-    a_course_of_the_place_does_better,
-    a_course_of_time_does_better,
+    field_course_explains_more,
+    place_course_explains_more,
+    time_course_explains_more,
 )
-from diagnosis.evidence.smooth_windows import comes_and_goes
-from diagnosis.evidence.windowed_candidates import comes_again
+from diagnosis.evidence.smooth_windows import equivalent_course
+from diagnosis.evidence.windowed_candidates import recurs_outside_window
 from diagnosis.policy import Policy
 from sim.effects import EFFECTS
 
-NOT_ALONG = "nothing along the field: an error of the attitude"
-DENIED_ALONG = "adds along the field what is not there: an error of the attitude"
-OF_MANY_SIZES = "of another size in each part of the run"
-OF_ERRORS = "hardly shown by the motion: what is left of it are the attitude's errors"
-WANDERS = "less than an attitude that wanders"
-OF_ATTITUDE = (NOT_ALONG, WANDERS)
-BY_ANOTHER = (*OF_ATTITUDE, DENIED_ALONG, OF_MANY_SIZES)
-"""Refusals that may be for what another effect leaves."""
-Next = Callable[[Baseline, Evidence], Accepted | None]
-"""(ground with an effect in, that one) -> what is found beside it."""
+NO_GAIN_ALONG_FIELD = "no gain along the field: explained by an attitude error"
+LOSS_ALONG_FIELD = "adds a part along the field that is not measured: explained by an attitude error"
+SIZE_DIFFERS = "the size differs between parts of the run"
+NOT_SHOWN_BY_MOTION = "hardly observable on this motion: explained by attitude errors"
+ATTITUDE_WANDER = "explained equally well by a slowly wandering attitude"
+NO_BETTER_THAN_SURROGATES = "no better than its own course shifted in time"
+LIKE_HEADING = "explained equally well by a function of the heading"
+LIKE_EARTH_FRAME = "explained better by a wave of the field in the earth's frame"
+LIKE_COURSE = "explained equally well by the course of {}"
+OUTSIDE_WINDOW = "also present outside its window"
+SMALL_SHARE_ADDED = "explains too little of the gap"
+LIKE_TIME = "explained better by a smooth course of time"
+LIKE_FIELD = "explained better by a smooth course of the field"
+LIKE_PLACE = "explained better by a field that changes with position"
+ATTITUDE_REFUSALS = (NO_GAIN_ALONG_FIELD, ATTITUDE_WANDER)
+REVISABLE_REFUSALS = (*ATTITUDE_REFUSALS, LOSS_ALONG_FIELD, SIZE_DIFFERS)
+"""Refusals that the residual of a second effect may have caused."""
+FindNext = Callable[[Baseline, Evidence], AcceptedEffect | None]
+"""(baseline with an effect fitted, evidence of the effect) -> the next accepted effect."""
 
 
-def beside_colour(
-    ground: Baseline,
+def choose_coloured(
+    baseline: Baseline,
     ranking: Sequence[Evidence],
     start: Baseline,
     is_clean: IsClean,
     windowed: Sequence[Evidence] = (),
     fuller: Sequence[Evidence] = (),
-    beyond: Next | None = None,
-) -> Round:
-    """The candidate that beats a rest with its own colour; one rest for all would swallow it, or take it for granted.
+    find_next: FindNext | None = None,
+) -> RoundResult:
+    """Choose the candidate that beats a coloured noise model.
 
-    start : the ground without any effect, whose gap a share is of. windowed : candidates that act in a part of the run.
-    fuller : candidates with a form from the start, each in place of the plain one where that gains less. beyond : what
-    is found beside one that does not stand alone.
+    A single noise model for all candidates would absorb an effect, or take one for granted. start : the baseline
+    without effects, whose gap defines shares. windowed : candidates acting in a part of the run. fuller : candidates
+    with a form from the start, each replacing the plain one where it gains more. beyond : finds a second effect next to
+    a refused one.
     """
-    beside, policy = ColouredBaseline.of(ground.problem, ground.inside), ground.problem.policy
-    look = Screening.of([*ranking, *fuller], beside, ground)
-    first, most = look.in_turn(ground, start), policy.tried_coloured
-    tried = sorted((look.heard(one, beside) for one in first[:most]), key=lambda one: -one.gain)
-    tried = [*_far_better(windowed, tried, beside, ground), *tried]
-    trials = _until_one_stands(CandidateTest(ground, beside, start, is_clean, beyond), tried)
-    chosen = _chosen(trials, tried, beside, look.several)
-    others = [(look.several[i], float(look.nats[i])) for i in first[most:]]
-    return Round.of(chosen, [*_heard(trials, tried), *_unheard(trials, others, policy)])
+    policy = baseline.problem.policy
+    coloured_baseline = ColouredBaseline.of(baseline.problem, baseline.accepted_columns)
+    screening = Screening.of([*ranking, *fuller], coloured_baseline, baseline)
+    first, most = screening.order(baseline, start), policy.tried_coloured
+    tried = sorted((screening.best_fit(index, coloured_baseline) for index in first[:most]), key=lambda fit: -fit.gain)
+    tried = [*_stronger_in_window(windowed, tried, coloured_baseline, baseline), *tried]
+    trials = _run_trials(CandidateTest(baseline, coloured_baseline, start, is_clean, find_next), tried)
+    chosen = _accepted_effect(trials, tried, coloured_baseline, screening.candidates)
+    others = [(screening.candidates[i], float(screening.nats[i])) for i in first[most:]]
+    return RoundResult.of(chosen, [*_tested_results(trials, tried), *_screened_results(trials, others, policy)])
 
 
-def _far_better(
-    windowed: Sequence[Evidence], tried: Sequence[CandidateFit], beside: ColouredBaseline, ground: Baseline
+def _stronger_in_window(
+    windowed: Sequence[Evidence], tried: Sequence[CandidateFit], coloured_baseline: ColouredBaseline, baseline: Baseline
 ) -> list[CandidateFit]:
-    """Candidates in a window that gain far more than any does in the whole run, the strongest first."""
-    policy, problem = ground.problem.policy, ground.problem
-    always = max((one.gain for one in tried), default=0.0)
-    both = (beside.standing(e, beside.rows.taken(e.candidate.columns(problem))) for e in windowed)
-    far = [one for one in both if one.gain > max(always / policy.window_share, always + policy.coloured_nats)]
-    return sorted(far, key=lambda one: -one.gain)
+    """Candidates in a window that gain far more than any candidate over the whole run, the strongest first."""
+    policy, problem = baseline.problem.policy, baseline.problem
+    always = max((fit.gain for fit in tried), default=0.0)
+    fits = (
+        coloured_baseline.fit_candidate(evidence, coloured_baseline.rows.bin(evidence.candidate.columns(problem)))
+        for evidence in windowed
+    )
+    stronger = [fit for fit in fits if fit.gain > max(always / policy.window_share, always + policy.coloured_nats)]
+    return sorted(stronger, key=lambda fit: -fit.gain)
 
 
 @dataclass(frozen=True)
 class CandidateTrial:
-    """A candidate tried beside a rest of its own: what chance inflates its evidence by, and why it does not stand.
+    """Outcome of one candidate's test: inflation of evidence by chance, and reason of refusal (empty if accepted).
 
-    turned : an error of the attitude does as well.
+    turned : an error of the attitude explains as much.
     """
 
-    one: CandidateFit
+    fit: CandidateFit
     inflation: float
     coloured: bool
     needed: float
     refusal: str
-    turned: bool = False
+    attitude_suffices: bool = False
 
     @property
-    def may_be_less(self) -> bool:
-        """Whether a simpler effect may stand in its place."""
-        return self.coloured or self.turned
+    def may_be_simpler(self) -> bool:
+        """Whether a simpler effect may take its place."""
+        return self.coloured or self.attitude_suffices
 
 
 @dataclass(frozen=True)
 class CandidateTest:
-    """What candidates of a round are tried against."""
+    """The test that a round's candidates must pass: the baselines and the criteria of a clean residual."""
 
-    ground: Baseline
-    beside: ColouredBaseline
+    baseline: Baseline
+    coloured_baseline: ColouredBaseline
     start: Baseline
     is_clean: IsClean
-    beyond: Next | None = None
+    find_next: FindNext | None = None
 
     @cached_property
     def wander(self) -> ColouredBaseline | None:
-        """The same beside an attitude that wanders."""
-        return beside_a_wander(self.beside, self.ground.problem)
+        """The coloured baseline with a wandering attitude added."""
+        return with_attitude_wander(self.coloured_baseline, self.baseline.problem)
 
-    def stands_beside_another(self, one: CandidateFit, refusal: str) -> bool:
-        """Whether a candidate stands once the next effect is in, which is found with this one in.
+    def is_accepted_with_another(self, fit: CandidateFit, refusal: str) -> bool:
+        """Whether a refused candidate is accepted together with the next effect, chosen with the candidate fitted.
 
-        Of two effects the larger may be refused for what the other leaves: neither stands by itself, each beside the
-        other. Two of the field are pieces of the course that an attitude's error has, and no witness of each other.
+        Of two effects the larger may be refused for the residual of the smaller: alone neither is accepted, together
+        both are. Two effects on the field may both be pieces of an attitude error and do not support each other.
         """
-        problem = self.ground.problem
-        if self.beyond is None:
+        problem = self.baseline.problem
+        if self.find_next is None:
             return False
-        other = self.beyond(self.ground.beside(one.evidence.candidate.columns(problem)), one.evidence)
-        if other is None or other.name == one.evidence.name:
+        second = self.find_next(self.baseline.with_columns(fit.evidence.candidate.columns(problem)), fit.evidence)
+        if second is None or second.name == fit.evidence.name:
             return False
-        if refusal in OF_ATTITUDE and _of_the_field(other.evidence) and _of_the_field(one.evidence):
+        if refusal in ATTITUDE_REFUSALS and _acts_on_field(second.evidence) and _acts_on_field(fit.evidence):
             return False
-        ground = self.ground.beside(other.columns(problem))
-        hearing = CandidateTest(ground, ColouredBaseline.of(problem, ground.inside), self.start, self.is_clean)
-        return not hearing.of(hearing.beside.standing(one.evidence, one.columns)).refusal
+        baseline = self.baseline.with_columns(second.columns(problem))
+        test = CandidateTest(
+            baseline, ColouredBaseline.of(problem, baseline.accepted_columns), self.start, self.is_clean
+        )
+        return not test.of(test.coloured_baseline.fit_candidate(fit.evidence, fit.columns)).refusal
 
-    def of(self, one: CandidateFit) -> CandidateTrial:
-        """A candidate on trial."""
-        policy = self.ground.problem.policy
-        with_it = self.ground.beside(one.evidence.candidate.columns(self.ground.problem))
-        coloured = not self.is_clean(with_it, one.evidence.name)
-        by_chance = self.beside.surrogates(one, self.ground.problem)
-        inflation = max(1.0, 2 * float(by_chance.mean()) / one.columns.shape[2])
+    def of(self, fit: CandidateFit) -> CandidateTrial:
+        """Test one candidate."""
+        policy = self.baseline.problem.policy
+        with_candidate = self.baseline.with_columns(fit.evidence.candidate.columns(self.baseline.problem))
+        coloured = not self.is_clean(with_candidate, fit.evidence.name)
+        surrogates = self.coloured_baseline.surrogate_gains(fit, self.baseline.problem)
+        inflation = max(1.0, 2 * float(surrogates.mean()) / fit.columns.shape[2])
         needed = policy.coloured_nats if coloured else policy.accepted(len(EFFECTS))
-        if one.gain / inflation <= needed:
+        if fit.gain / inflation <= needed:
             refusal = TOO_LITTLE
-        elif one.gain <= by_chance.max():
-            refusal = "no more than its columns moved in time"
+        elif fit.gain <= surrogates.max():
+            refusal = NO_BETTER_THAN_SURROGATES
         else:
-            refusal = self._refusal(one, with_it, coloured) or self._refusal_by_wander(one, with_it, coloured, needed)
-        asked = not (refusal or coloured)
-        turned = asked and an_attitude_does_as_well(self.ground, with_it, one.evidence.candidate)
-        return CandidateTrial(one, inflation, coloured, needed, refusal, turned)
+            refusal = self._refusal(fit, with_candidate, coloured) or self._refusal_by_wander(
+                fit, with_candidate, coloured, needed
+            )
+        attitude_suffices = not (refusal or coloured) and attitude_explains_as_much(
+            self.baseline, with_candidate, fit.evidence.candidate
+        )
+        return CandidateTrial(fit, inflation, coloured, needed, refusal, attitude_suffices)
 
-    def _refusal(self, one: CandidateFit, with_it: Baseline, coloured: bool) -> str:
-        """Why what gains enough is no cause, if it is none."""
+    def _refusal(self, fit: CandidateFit, with_candidate: Baseline, coloured: bool) -> str:
+        """Reason why a candidate with enough evidence is no cause, empty if none."""
         return (
-            self._refusal_by_survival(one.evidence, coloured)
-            or self._refusal_by_size(one, coloured)
-            or self._refusal_by_course(one.evidence, with_it)
-            or self._refusal_by_share(with_it, coloured)
-            or self._refusal_along_the_field(one, with_it, coloured)
-            or self._refusal_by_any_course(one, coloured)
+            self._refusal_by_survival(fit.evidence, coloured)
+            or self._refusal_by_size(fit, coloured)
+            or self._refusal_by_course(fit.evidence, with_candidate)
+            or self._refusal_by_share(with_candidate, coloured)
+            or self._refusal_along_the_field(fit, with_candidate, coloured)
+            or self._refusal_by_any_course(fit, coloured)
         )
 
-    def _refusal_by_wander(self, one: CandidateFit, with_it: Baseline, coloured: bool, needed: float) -> str:
-        """Why it is a part of an error of the attitude; a field of its own is none that explains what is along it."""
-        source = one.evidence.candidate.effect.traits.field_source and with_it.problem.sees_across
-        if not coloured or (source and self._is_along_the_field(with_it, needed)):
+    def _refusal_by_wander(self, fit: CandidateFit, with_candidate: Baseline, coloured: bool, needed: float) -> str:
+        """Refuse a part of an attitude error; a source explaining the part along the field is exempt."""
+        source = fit.evidence.candidate.effect.traits.field_source and with_candidate.problem.compares_across
+        if not coloured or (source and self._explains_along_field(with_candidate, needed)):
             return ""
-        return WANDERS if a_wander_does_better(one, self.wander, needed) else ""
+        return ATTITUDE_WANDER if attitude_wander_explains_more(fit, self.wander, needed) else ""
 
-    def _is_along_the_field(self, with_it: Baseline, needed: float) -> bool:
-        """Whether what is along the field is explained, by the evidence that is needed: a wander has nothing there."""
-        enough = share_along_the_field(self.ground, with_it) > with_it.problem.policy.along_share
-        return enough and gained_along_the_field(self.ground, with_it) > needed
+    def _explains_along_field(self, with_candidate: Baseline, needed: float) -> bool:
+        """Whether the part along the field is explained by enough evidence; a wandering attitude has no such part."""
+        enough = share_along_field(self.baseline, with_candidate) > with_candidate.problem.policy.along_share
+        return enough and gain_along_field(self.baseline, with_candidate) > needed
 
-    def _refusal_by_survival(self, one: Evidence, coloured: bool) -> str:
-        """Why what the base leaves of it is no cause: fitted to errors, it makes up for those of the attitude."""
-        turns = self.ground.problem.turns and not {"attitude", "rate"}.isdisjoint(one.candidate.effect.needs)
-        return OF_ERRORS if coloured and turns and one.survival < self.ground.problem.policy.survival_of_errors else ""
+    def _refusal_by_survival(self, evidence: Evidence, coloured: bool) -> str:
+        """Refuse a candidate of low survival: fitted to errors, it imitates attitude errors."""
+        turns = self.baseline.problem.turns and not {"attitude", "rate"}.isdisjoint(evidence.candidate.effect.needs)
+        return (
+            NOT_SHOWN_BY_MOTION
+            if coloured and turns and evidence.survival < self.baseline.problem.policy.survival_of_errors
+            else ""
+        )
 
-    def _refusal_by_size(self, one: CandidateFit, coloured: bool) -> str:
-        policy = self.ground.problem.policy
+    def _refusal_by_size(self, fit: CandidateFit, coloured: bool) -> str:
+        policy = self.baseline.problem.policy
         share = policy.other_size_coloured if coloured else policy.other_size
-        return OF_MANY_SIZES if differs_along_the_run(one, self.beside, share) else ""
+        return SIZE_DIFFERS if coefficients_change(fit, self.coloured_baseline, share) else ""
 
-    def _refusal_by_course(self, one: Evidence, with_it: Baseline) -> str:
-        """Why it is no tone, or has no window."""
-        if goes_with_heading(self.ground, one):
-            return "goes with the heading as well"
-        if swings_with_the_field(self.ground, one):
-            return "goes with the field in the earth's frame rather"
-        if course := comes_and_goes(self.ground, one.candidate):
-            return f"comes and goes with {course} as well"
-        return "comes again beside its own window" if comes_again(self.ground, with_it, one.candidate) else ""
+    def _refusal_by_course(self, evidence: Evidence, with_candidate: Baseline) -> str:
+        """Refuse a tone that follows heading or field, and a window without a distinct begin and end."""
+        if follows_heading(self.baseline, evidence):
+            return LIKE_HEADING
+        if follows_earth_frame(self.baseline, evidence):
+            return LIKE_EARTH_FRAME
+        if course := equivalent_course(self.baseline, evidence.candidate):
+            return LIKE_COURSE.format(course)
+        return OUTSIDE_WINDOW if recurs_outside_window(self.baseline, with_candidate, evidence.candidate) else ""
 
-    def _refusal_by_share(self, with_it: Baseline, coloured: bool) -> str:
-        too_little = added_share(self.start, self.ground, with_it.squares) < self.ground.problem.policy.least_added
-        return "explains next to nothing of the gap" if coloured and too_little else ""
+    def _refusal_by_share(self, with_candidate: Baseline, coloured: bool) -> str:
+        too_little = (
+            added_share(self.start, self.baseline, with_candidate.squares) < self.baseline.problem.policy.least_added
+        )
+        return SMALL_SHARE_ADDED if coloured and too_little else ""
 
-    def _refusal_by_any_course(self, one: CandidateFit, coloured: bool) -> str:
-        """Why it is a part of a slow disturbance."""
-        if coloured and a_course_of_time_does_better(one, self.beside, self.ground.problem):
-            return "less than any smooth course of time"
-        if coloured and a_course_of_the_field_does_better(one, self.beside, self.ground.problem):
-            return "less than any smooth course of the field"
-        of_place = coloured and a_course_of_the_place_does_better(one, self.beside, self.ground.problem)
-        return "less than a field that changes with the place" if of_place else ""
+    def _refusal_by_any_course(self, fit: CandidateFit, coloured: bool) -> str:
+        """Refuse a part of a slow disturbance."""
+        if coloured and time_course_explains_more(fit, self.coloured_baseline, self.baseline.problem):
+            return LIKE_TIME
+        if coloured and field_course_explains_more(fit, self.coloured_baseline, self.baseline.problem):
+            return LIKE_FIELD
+        of_place = coloured and place_course_explains_more(fit, self.coloured_baseline, self.baseline.problem)
+        return LIKE_PLACE if of_place else ""
 
-    def _refusal_along_the_field(self, one: CandidateFit, with_it: Baseline, coloured: bool) -> str:
-        """Why it is an error of the attitude; what leaves nothing need not show along the field, but not deny it."""
-        problem, candidate = self.ground.problem, one.evidence.candidate
+    def _refusal_along_the_field(self, fit: CandidateFit, with_candidate: Baseline, coloured: bool) -> str:
+        """Refuse an error of the attitude: no gain along the field in a coloured residual, or a loss there in any."""
+        problem, candidate = self.baseline.problem, fit.evidence.candidate
         source = candidate.effect.traits.field_source
-        if not problem.sees_across or not (coloured or source):
+        if not problem.compares_across or not (coloured or source):
             return ""
-        turned = source or problem.level is not None  # all that the dip has may be roll's and pitch's
-        if coloured and turned and not gains_along_the_field(self.ground, with_it, candidate.tried):
-            return NOT_ALONG
-        if gained_along_the_field(self.ground, with_it) < -problem.policy.apart:
-            return DENIED_ALONG
+        may_be_attitude = source or problem.level is not None  # errors of roll and pitch may explain all of the dip
+        if coloured and may_be_attitude and not explains_along_field(self.baseline, with_candidate, candidate.tried):
+            return NO_GAIN_ALONG_FIELD
+        if gain_along_field(self.baseline, with_candidate) < -problem.policy.apart:
+            return LOSS_ALONG_FIELD
         return ""
 
 
-def _of_the_field(one: Evidence) -> bool:
-    return one.candidate.effect.stage == "field"
+def _acts_on_field(evidence: Evidence) -> bool:
+    return evidence.candidate.effect.stage == "field"
 
 
-def _until_one_stands(hearing: CandidateTest, tried: Sequence[CandidateFit]) -> list[CandidateTrial]:
-    """Trials in their order up to the first that stands.
+def _run_trials(test: CandidateTest, tried: Sequence[CandidateFit]) -> list[CandidateTrial]:
+    """Test candidates in order up to the first accepted.
 
-    The strongest of all is also tried beside another, and so is the strongest that a wander does better than.
+    The strongest candidate, and the strongest refused for a wandering attitude, are also tried with a second effect.
     """
     trials: list[CandidateTrial] = []
-    for one in tried:
-        trial = hearing.of(one)
-        first = one is tried[0] or (trial.refusal == WANDERS and all(t.refusal != WANDERS for t in trials))
-        doubted = first and trial.refusal in BY_ANOTHER
-        if doubted and hearing.stands_beside_another(one, trial.refusal):
+    for fit in tried:
+        trial = test.of(fit)
+        first = fit is tried[0] or (
+            trial.refusal == ATTITUDE_WANDER and all(previous.refusal != ATTITUDE_WANDER for previous in trials)
+        )
+        if first and trial.refusal in REVISABLE_REFUSALS and test.is_accepted_with_another(fit, trial.refusal):
             trial = replace(trial, refusal="")
         trials.append(trial)
         if not trial.refusal:
@@ -245,67 +278,74 @@ def _until_one_stands(hearing: CandidateTest, tried: Sequence[CandidateFit]) -> 
     return trials
 
 
-def _heard(trials: Sequence[CandidateTrial], tried: Sequence[CandidateFit]) -> list[CandidateResult]:
-    """The candidates with a rest of their own; those that were not tried any more by the last one's inflation."""
+def _tested_results(trials: Sequence[CandidateTrial], tried: Sequence[CandidateFit]) -> list[CandidateResult]:
+    """Results of candidates with a noise model of their own; the untested ones get the last trial's inflation."""
     if not trials:
         return []
     last = trials[-1]
-    rest = [replace(last, one=one, refusal="") for one in tried[len(trials) :]]
-    return [CandidateResult(t.one.evidence, t.one.gain / t.inflation, t.needed, t.refusal) for t in (*trials, *rest)]
+    untested = [replace(last, fit=fit, refusal="") for fit in tried[len(trials) :]]
+    return [
+        CandidateResult(trial.fit.evidence, trial.fit.gain / trial.inflation, trial.needed, trial.refusal)
+        for trial in (*trials, *untested)
+    ]
 
 
-def _unheard(
+def _screened_results(
     trials: Sequence[CandidateTrial], others: Sequence[tuple[Evidence, float]], policy: Policy
 ) -> list[CandidateResult]:
-    """The candidates that gain less beside the rest as it is, by what they gain there."""
+    """Results of screened candidates, by their gain with the common noise model."""
     inflation = trials[-1].inflation if trials else 1.0
-    return [CandidateResult(e, gain / inflation, policy.coloured_nats, "") for e, gain in others]
+    return [CandidateResult(evidence, gain / inflation, policy.coloured_nats, "") for evidence, gain in others]
 
 
-def _chosen(
+def _accepted_effect(
     trials: Sequence[CandidateTrial],
     tried: Sequence[CandidateFit],
-    beside: ColouredBaseline,
+    coloured_baseline: ColouredBaseline,
     ranking: Sequence[Evidence],
-) -> Accepted | None:
-    """The one that stands, with what looks like it of those that were not refused, and errors of the attitude."""
+) -> AcceptedEffect | None:
+    """The accepted candidate with its look-alikes, and with attitude errors where these suffice."""
     if not trials or trials[-1].refusal:
         return None
-    refused = {trial.one for trial in trials if trial.refusal}
-    chosen = _named(trials[-1], [one for one in tried if one not in refused], beside)
-    if not trials[-1].turned:
+    refused = {trial.fit for trial in trials if trial.refusal}
+    chosen = _with_alternatives(
+        trials[-1], [candidate for candidate in tried if candidate not in refused], coloured_baseline
+    )
+    if not trials[-1].attitude_suffices:
         return chosen
-    names = dict.fromkeys((*chosen.alternatives, *(one.name for one in ranking if one.name in TURNS)))
+    names = dict.fromkeys((*chosen.alternatives, *(candidate.name for candidate in ranking if candidate.name in TURNS)))
     return replace(chosen, alternatives=tuple(name for name in names if name != chosen.name))
 
 
-def _named(trial: CandidateTrial, tried: Sequence[CandidateFit], beside: ColouredBaseline) -> Accepted:
-    """The simplest of those as good as the best and of its kin, and all others that look like it."""
-    policy, best = beside.rows.policy, trial.one
+def _with_alternatives(
+    trial: CandidateTrial, tried: Sequence[CandidateFit], coloured_baseline: ColouredBaseline
+) -> AcceptedEffect:
+    """Accept the simplest of the equivalent candidates, and list all look-alikes as alternatives."""
+    policy, best = coloured_baseline.rows.policy, trial.fit
     chance = policy.apart * trial.inflation
-    others = [one for one in tried if one is not best]
-    alike = look_alikes(best, others, beside, chance, policy.same_coloured) if trial.coloured else []
-    narrow = _as_good(trial, others, beside, chance)
-    close = {one: _deflated(one, trial.inflation) for one in (*narrow, *alike)}
-    chosen = simplest([close[one] for one in narrow], policy)
-    return Accepted(chosen, instead_of(chosen, list(close.values()), policy), trial.needed)
+    others = [fit for fit in tried if fit is not best]
+    alike = find_look_alikes(best, others, coloured_baseline, chance, policy.same_coloured) if trial.coloured else []
+    narrow = _equivalent_fits(trial, others, coloured_baseline, chance)
+    close = {fit: _deflated(fit, trial.inflation) for fit in (*narrow, *alike)}
+    chosen = select_simplest([close[fit] for fit in narrow], policy)
+    return AcceptedEffect(chosen, alternatives_to(chosen, list(close.values()), policy), trial.needed)
 
 
-def _as_good(
-    trial: CandidateTrial, others: Sequence[CandidateFit], beside: ColouredBaseline, chance: float
+def _equivalent_fits(
+    trial: CandidateTrial, others: Sequence[CandidateFit], coloured_baseline: ColouredBaseline, chance: float
 ) -> list[CandidateFit]:
-    """The best with those that gain as much by chance, or but for an error of form: of its kin, or within it."""
-    policy, best = beside.rows.policy, trial.one
-    kin = [one for one in others if are_kin(one.evidence, best.evidence)]
-    within = [one for one in others if one.evidence.name in best.evidence.candidate.effect.traits.contains]
-    of_form = policy.same_kin_coloured if trial.coloured else policy.same_kin
-    of_simpler = policy.same_kin if trial.may_be_less else policy.same_constant
-    as_good = look_alikes(best, others, beside, chance, 0.0)
-    of_its_kin = look_alikes(best, kin, beside, chance, of_form)
-    simpler = look_alikes(best, within, beside, chance, of_simpler)
-    slow = [one for one in others if of_one_course(one.evidence, best.evidence, policy)]
+    """The best with all candidates of equal gain by chance, or but for a form error within its family or contents."""
+    policy, best = coloured_baseline.rows.policy, trial.fit
+    kin = [fit for fit in others if in_same_family(fit.evidence, best.evidence)]
+    within = [fit for fit in others if fit.evidence.name in best.evidence.candidate.effect.traits.contains]
+    of_form = policy.same_family_coloured if trial.coloured else policy.same_family
+    of_simpler = policy.same_family if trial.may_be_simpler else policy.same_constant
+    as_good = find_look_alikes(best, others, coloured_baseline, chance, 0.0)
+    of_its_kin = find_look_alikes(best, kin, coloured_baseline, chance, of_form)
+    simpler = find_look_alikes(best, within, coloured_baseline, chance, of_simpler)
+    slow = [fit for fit in others if is_channel_equivalent(fit.evidence, best.evidence, policy)]
     return list(dict.fromkeys([best, *as_good, *of_its_kin, *simpler, *slow]))
 
 
-def _deflated(one: CandidateFit, inflation: float) -> Evidence:
-    return replace(one.evidence, gain=one.gain, V=inflation)
+def _deflated(fit: CandidateFit, inflation: float) -> Evidence:
+    return replace(fit.evidence, gain=fit.gain, V=inflation)

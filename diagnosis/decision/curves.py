@@ -1,4 +1,4 @@
-"""The last resort: curves of recorded channels, where no effect of the library stands."""
+"""Curves of recorded channels, the last resort where no effect of the library is accepted."""
 
 from __future__ import annotations
 
@@ -9,135 +9,153 @@ import numpy as np
 
 from diagnosis.decision.selection import residual_tests
 from diagnosis.evidence.baseline import Baseline, added_share
-from diagnosis.evidence.candidate_test import CandidateFit, ColouredBaseline, look_alikes
-from diagnosis.evidence.held_out import Evidence, judged_at
+from diagnosis.evidence.candidate_test import CandidateFit, ColouredBaseline, find_look_alikes
+from diagnosis.evidence.held_out import Evidence, judge_settings
 from diagnosis.evidence.hypothesis import Hypothesis
 from diagnosis.evidence.localise import TIME, channels
 from diagnosis.library.candidates import Candidate
-from diagnosis.library.drivers import AT_ONCE, EARLY, WAYS, Driver, Way, drivers, in_axes
-from diagnosis.library.parameter_search import between_neighbours
+from diagnosis.library.drivers import AT_ONCE, CHANNEL_LAGS, LAGS, Driver, Lag, find_drivers, in_axes
+from diagnosis.library.parameter_search import refine_between_neighbours
 from diagnosis.problem.blocks import fit, squares
 from diagnosis.problem.linear import LinearProblem
 from recordings.channels import HEIGHT
 from scenarios.arrays import Array
-from sim.effects.channels import HIGHEST, ChannelEffect, powers
+from sim.effects.channels import HIGHEST, powers
 
 
 @dataclass(frozen=True)
-class Curve:
-    """An accepted curve of a channel, and the channels that do as well."""
+class AcceptedCurve:
+    """An accepted curve of a channel, and the channels that do equally well."""
 
     evidence: Evidence
     rivals: tuple[str, ...]
 
     @property
     def candidate(self) -> Candidate:
-        """Its channel, lag and order."""
+        """Channel, lag and order of the curve."""
         return self.evidence.candidate
 
     @property
     def channel(self) -> str:
-        """The channel's name."""
+        """Name of the channel."""
         return channel_of(self.candidate)
 
 
 @dataclass(frozen=True, eq=False)
-class _FeltDriver:
-    """A driver as it is best felt, and the nats of a first look."""
+class _ScreenedDriver:
+    """A driver at its best lag, with its nats in the screening."""
 
     driver: Driver
-    way: Way
+    way: Lag
     nats: float
 
 
-def curves(start: Baseline, ground: Baseline | None = None) -> tuple[Curve, ...]:
-    """Curves of channels one after the other, each of which beats a slow rest beside any course of time of its order.
+def select_curves(start: Baseline, baseline: Baseline | None = None) -> tuple[AcceptedCurve, ...]:
+    """Select curves of channels in turn; each must beat slow noise and any course of time of its order.
 
-    Motion is a rival: where a curve of the field, a rate, an angle or a place explains more, what drives the gap is no
-    channel. start : the ground without any effect, of whose gap a curve must explain a share; ground : that with those
-    that they are looked for beside, if any.
+    Motion is a rival: where a curve of the field, a rate, an angle or a position explains more, no channel drives the
+    gap. start : the baseline without effects, a share of whose gap a curve must explain. baseline : the baseline to
+    which curves are added, `start` by default.
     """
-    problem, ground, found = start.problem, ground or start, list[Curve]()
-    known = drivers(problem)
-    while known and len(found) < problem.policy.most_curves and not (found and residual_tests(ground, ()).clean):
-        chosen = _next(ground, start, known, first=not found)
+    problem, baseline, select_curves = start.problem, baseline or start, list[AcceptedCurve]()
+    known = find_drivers(problem)
+    while (
+        known
+        and len(select_curves) < problem.policy.most_curves
+        and not (select_curves and residual_tests(baseline, ()).clean)
+    ):
+        chosen = _next_curve(baseline, start, known, first=not select_curves)
         if chosen is None:
             break
-        found.append(chosen)
-        known = [one for one in known if one.name != chosen.channel]
-        ground = ground.beside(chosen.candidate.columns(problem))
-    return tuple(found)
+        select_curves.append(chosen)
+        known = [driver for driver in known if driver.name != chosen.channel]
+        baseline = baseline.with_columns(chosen.candidate.columns(problem))
+    return tuple(select_curves)
 
 
-def _next(ground: Baseline, start: Baseline, known: Sequence[Driver], *, first: bool) -> Curve | None:
-    """The best curve of those that stand; one beside others need add less."""
-    policy = ground.problem.policy
-    look = _Look.of(ground)
-    tried = _tried(ground, look, known)
-    for best in sorted(tried, key=lambda one: -one.gain):
-        by_chance = look.beside.surrogates(best, ground.problem)
+def _next_curve(baseline: Baseline, start: Baseline, known: Sequence[Driver], *, first: bool) -> AcceptedCurve | None:
+    """The best accepted curve; curves after the first need to add less."""
+    policy = baseline.problem.policy
+    screening = _DriverScreening.of(baseline)
+    fits = _fitted_curves(baseline, screening, known)
+    for best in sorted(fits, key=lambda fit: -fit.gain):
+        by_chance = screening.coloured_baseline.surrogate_gains(best, baseline.problem)
         inflation = max(1.0, 2 * float(by_chance.mean()) / best.columns.shape[2])
         if best.gain / inflation <= policy.coloured_nats or best.gain <= by_chance.max():
             continue
-        chosen = judged_at(ground, [_finer(ground, _simpler(best, look.beside, inflation))])
-        if chosen is None or _adds(start, ground, chosen) < (policy.least_share if first else policy.least_added):
+        chosen = judge_settings(
+            baseline, [_refined_lag(baseline, _lowest_order(best, screening.coloured_baseline, inflation))]
+        )
+        if chosen is None or _gap_share(start, baseline, chosen) < (
+            policy.least_share if first else policy.least_added
+        ):
             continue
-        others = [one for one in tried if one is not best]
-        alike = look_alikes(best, others, look.beside, policy.apart * inflation, policy.same_coloured)
-        judged = replace(chosen, gain=best.gain, V=inflation)
-        return Curve(judged, tuple(channel_of(one.evidence.candidate) for one in alike))
+        rivals = [fit for fit in fits if fit is not best]
+        alike = find_look_alikes(
+            best, rivals, screening.coloured_baseline, policy.apart * inflation, policy.same_coloured
+        )
+        evidence = replace(chosen, gain=best.gain, V=inflation)
+        return AcceptedCurve(evidence, tuple(channel_of(fit.evidence.candidate) for fit in alike))
     return None
 
 
-def _adds(start: Baseline, ground: Baseline, chosen: Evidence) -> float:
-    return added_share(start, ground, ground.beside(chosen.candidate.columns(ground.problem)).squares)
+def _gap_share(start: Baseline, baseline: Baseline, chosen: Evidence) -> float:
+    return added_share(start, baseline, baseline.with_columns(chosen.candidate.columns(baseline.problem)).squares)
 
 
-def _tried(ground: Baseline, look: _Look, known: Sequence[Driver]) -> list[CandidateFit]:
-    """The best channels of a first look, each beside a rest of its own; none where a motion does better than all."""
-    policy = ground.problem.policy
-    seen = sorted((look.best(one, EARLY) for one in known), key=lambda one: -one.nats)[: policy.tried_coloured]
-    rival = max((look.best(one, (AT_ONCE,)).nats for one in _motion(ground.problem)), default=0.0)
-    if seen[0].nats <= max(rival, policy.coloured_nats):
+def _fitted_curves(baseline: Baseline, screening: _DriverScreening, known: Sequence[Driver]) -> list[CandidateFit]:
+    """The best screened channels, each fitted with a noise model of its own; empty where a motion gains more."""
+    policy = baseline.problem.policy
+    best = sorted((screening.best(driver, CHANNEL_LAGS) for driver in known), key=lambda driver: -driver.nats)[
+        : policy.tried_coloured
+    ]
+    motion_nats = max(
+        (screening.best(driver, (AT_ONCE,)).nats for driver in _motion_drivers(baseline.problem)), default=0.0
+    )
+    if best[0].nats <= max(motion_nats, policy.coloured_nats):
         return []
-    standing = [_standing(ground, look.beside, look.best(one.driver, WAYS), len(known)) for one in seen]
-    return [one for one in standing if one is not None]
+    fits = [
+        _fit_curve(baseline, screening.coloured_baseline, screening.best(driver.driver, LAGS), len(known))
+        for driver in best
+    ]
+    return [driver for driver in fits if driver is not None]
 
 
 @dataclass(frozen=True, eq=False)
-class _Look:
-    """A first look at drivers: curves of row means, beside the rest as it is; unit (rows, q, 3)."""
+class _DriverScreening:
+    """Screening of drivers with the baseline's noise model, by curves of row means; unit (rows, q, 3)."""
 
     problem: LinearProblem
-    beside: ColouredBaseline
+    coloured_baseline: ColouredBaseline
     unit: Array
 
     @classmethod
-    def of(cls, ground: Baseline) -> _Look:
-        """Beside the effects that are in, and any course of time of the curves' order."""
-        problem = ground.problem
+    def of(cls, baseline: Baseline) -> _DriverScreening:
+        """Screen next to accepted effects and any course of time of the curves' order."""
+        problem = baseline.problem
         unit = _unit(problem)
-        beside = ColouredBaseline.of(problem, (*ground.inside, in_axes(unit, powers(_clock(problem), HIGHEST))))
-        return cls(problem, beside, beside.rows.taken(unit))
+        coloured_baseline = ColouredBaseline.of(
+            problem, (*baseline.accepted_columns, in_axes(unit, powers(_clock(problem), HIGHEST)))
+        )
+        return cls(problem, coloured_baseline, coloured_baseline.rows.bin(unit))
 
-    def best(self, driver: Driver, ways: Sequence[Way]) -> _FeltDriver:
-        """The way of feeling a driver in which its curve gains most.
+    def best(self, driver: Driver, ways: Sequence[Lag]) -> _ScreenedDriver:
+        """The lag at which the curve of a driver gains most.
 
-        What is felt later than the run is long has the course of a sum over time: no run shows that a driver makes it.
+        A lag longer than the run makes the curve a sum over time: no run can show a driver behind it.
         """
-        rows, interval_s = self.beside.rows, self.problem.state.interval_s
+        rows, interval_s = self.coloured_baseline.rows, self.problem.state.interval_s
         ways = [way for way in ways if way.lag_s < np.ptp(self.problem.state.time_s)]
         root = np.sqrt(np.maximum(rows.count, 1.0))[:, None]
-        terms = [rows.taken(driver.terms(way, interval_s) * rows.usable[:, None]) / root for way in ways]
-        nats = self.beside.roughly([in_axes(self.unit, one) for one in terms])
+        terms = [rows.bin(driver.terms(way, interval_s) * rows.usable[:, None]) / root for way in ways]
+        nats = self.coloured_baseline.screening_gains([in_axes(self.unit, curve) for curve in terms])
         best = int(np.argmax(nats))
-        return _FeltDriver(driver, ways[best], float(nats[best]))
+        return _ScreenedDriver(driver, ways[best], float(nats[best]))
 
 
 def _unit(problem: LinearProblem) -> Array:
-    """What one nT along each axis of the sensor is in the problem (n, q, 3)."""
-    axes = np.tile(np.eye(3), (len(problem.recording), 1, 1))
-    return problem.whitened(axes, ChannelEffect)
+    """Response (n, q, 3) of the problem to one nT along each axis of the sensor."""
+    return problem.sensor_axes(np.ones(len(problem.recording)))
 
 
 def _clock(problem: LinearProblem) -> Array:
@@ -146,47 +164,57 @@ def _clock(problem: LinearProblem) -> Array:
     return np.asarray(2 * (time_s - time_s[0]) / (time_s[-1] - time_s[0]) - 1)
 
 
-def _motion(problem: LinearProblem) -> list[Driver]:
-    """What moves and is no recorded channel."""
-    told = {TIME, HEIGHT, *problem.state.channels}
-    courses = [(name, x) for name, x in channels(problem) if name not in told]
-    return [one for name, x in courses if (one := Driver.of(name, x, problem.policy)) is not None]
+def _motion_drivers(problem: LinearProblem) -> list[Driver]:
+    """Quantities of the motion outside the recorded channels."""
+    recorded = {TIME, HEIGHT, *problem.state.channels}
+    courses = [(name, x) for name, x in channels(problem) if name not in recorded]
+    return [driver for name, x in courses if (driver := Driver.of(name, x, problem.policy)) is not None]
 
 
-def _standing(ground: Baseline, beside: ColouredBaseline, seen: _FeltDriver, known: int) -> CandidateFit | None:
-    """A driver's curve of the highest order beside a rest of its own."""
-    candidate = seen.driver.candidate(seen.way, known * len(WAYS) * HIGHEST)
-    evidence = judged_at(ground, [candidate])
-    return None if evidence is None else beside.standing(evidence, beside.rows.taken(candidate.columns(ground.problem)))
+def _fit_curve(
+    baseline: Baseline, coloured_baseline: ColouredBaseline, screened: _ScreenedDriver, known: int
+) -> CandidateFit | None:
+    """A driver's curve of the highest order with a noise model of its own."""
+    candidate = screened.driver.candidate(screened.way, known * len(LAGS) * HIGHEST)
+    evidence = judge_settings(baseline, [candidate])
+    return (
+        None
+        if evidence is None
+        else coloured_baseline.fit_candidate(evidence, coloured_baseline.rows.bin(candidate.columns(baseline.problem)))
+    )
 
 
-def _simpler(best: CandidateFit, beside: ColouredBaseline, inflation: float) -> Candidate:
-    """The curve of the lowest order that the data do not tell from the highest."""
+def _lowest_order(best: CandidateFit, coloured_baseline: ColouredBaseline, inflation: float) -> Candidate:
+    """The curve of the lowest order that the data do not distinguish from the highest."""
     k = best.columns.shape[2] // HIGHEST
     held = [
-        Hypothesis.given(beside.rows, beside.joined(best.columns[:, :, : k * order]), best.hypothesis.rest).held
+        Hypothesis.with_noise_model(
+            coloured_baseline.rows,
+            coloured_baseline.columns_with(best.columns[:, :, : k * order]),
+            best.hypothesis.noise_model,
+        ).held_out_log_likelihood
         for order in range(1, HIGHEST + 1)
     ]
-    near = max(held) - beside.rows.policy.apart * inflation
+    near = max(held) - coloured_baseline.rows.policy.apart * inflation
     order = next(i for i, nats in enumerate(held, start=1) if nats >= near)
     return best.evidence.candidate.at({"order": order})
 
 
-def _finer(ground: Baseline, candidate: Candidate) -> Candidate:
-    """The curve with its lag moved between its neighbours in the list."""
+def _refined_lag(baseline: Baseline, candidate: Candidate) -> Candidate:
+    """The curve with its lag interpolated between listed lags."""
 
-    def misfit(one: Candidate) -> float:
-        sums = ground.joined(one.columns(ground.problem))
-        return squares(sums, fit(sums, ground.everything), ground.everything)
+    def misfit(curve: Candidate) -> float:
+        sums = baseline.sums_with(curve.columns(baseline.problem))
+        return squares(sums, fit(sums, baseline.all_folds), baseline.all_folds)
 
-    finer = between_neighbours(candidate, misfit)
+    finer = refine_between_neighbours(candidate, misfit)
     return (
         finer
-        if finer is not None and misfit(candidate) - misfit(finer) > 2 * ground.problem.policy.apart
+        if finer is not None and misfit(candidate) - misfit(finer) > 2 * baseline.problem.policy.apart
         else candidate
     )
 
 
 def channel_of(candidate: Candidate) -> str:
-    """The channel of a curve."""
+    """Name of the channel of a curve."""
     return str(dict(candidate.nonlinear)["channel"])

@@ -1,4 +1,4 @@
-"""The fuller form of an effect that was found: more of its own parameters, where these tell on held-out data."""
+"""Fuller forms of accepted effects: further parameters of an effect, where held-out data support them."""
 
 from __future__ import annotations
 
@@ -10,166 +10,173 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize
 
-from diagnosis.decision.white_choice import Accepted
+from diagnosis.decision.white_choice import AcceptedEffect
 from diagnosis.evidence.baseline import Baseline, nats_on_all
-from diagnosis.evidence.held_out import Evidence, judged_at, misfit
+from diagnosis.evidence.held_out import Evidence, judge_settings, misfit
 from diagnosis.evidence.residual_tests import ResidualTests
 from diagnosis.library.candidates import Candidate
 from diagnosis.problem.linear import LinearProblem
 from scenarios.arrays import Array
 from sim.effects import EFFECTS
 
-Tests = Callable[[Baseline], ResidualTests]
-"""(ground with effects in) -> the tests of what it leaves."""
+ResidualTester = Callable[[Baseline], ResidualTests]
+"""(baseline with effects) -> tests of its residual."""
 
 
-def in_full(found: Sequence[Accepted], start: Baseline, tests: Tests) -> tuple[list[Accepted], Baseline, ResidualTests]:
-    """Effects with what their forms lack, the last one's first, until what is left is clean; with ground and tests.
+def complete_forms(
+    accepted: Sequence[AcceptedEffect], start: Baseline, tests: ResidualTester
+) -> tuple[list[AcceptedEffect], Baseline, ResidualTests]:
+    """Add fuller forms, those of the last effect first, until the residual is clean; return effects, baseline, tests.
 
-    start : the ground without any effect. A form is no name of its own, and is asked for only where something is left.
-    One that was taken for what another effect explains by now is given back.
+    start : the baseline without effects. A form is no cause of its own, and is tried only where the residual is not
+    clean. A form accepted earlier in place of a later effect is dropped again.
     """
-    out = _with_forms_that_tell(found, start)
-    clean = tests(_with(out, start)).clean
+    out = _drop_unsupported_forms(accepted, start)
+    clean = tests(_baseline_with(out, start)).clean
     for i in reversed(range(len(out))):
         if not clean:
-            out[i], clean = _filled(out, i, start, tests)
+            out[i], clean = _add_forms(out, i, start, tests)
     if clean:
-        return _as_plain_as_clean(out, start, tests)
-    ground = _with(out, start)
-    return out, ground, tests(ground)
+        return _drop_needless_forms(out, start, tests)
+    baseline = _baseline_with(out, start)
+    return out, baseline, tests(baseline)
 
 
-def _filled(found: Sequence[Accepted], i: int, start: Baseline, tests: Tests) -> tuple[Accepted, bool]:
-    """One of several effects with the forms that tell, until what is left is clean, and whether it is."""
-    one, clean = found[i], False
-    others = _with((*found[:i], *found[i + 1 :]), start)
-    while not clean and (fuller := _fuller(others, one.evidence)) is not None:
-        one = replace(one, evidence=fuller)
-        clean = tests(others.beside(one.columns(start.problem))).clean
-    return one, clean
+def _add_forms(
+    accepted: Sequence[AcceptedEffect], i: int, start: Baseline, tests: ResidualTester
+) -> tuple[AcceptedEffect, bool]:
+    """Add supported forms to one of several effects until the residual is clean; return effect and cleanness."""
+    effect, clean = accepted[i], False
+    others = _baseline_with((*accepted[:i], *accepted[i + 1 :]), start)
+    while not clean and (fuller := _best_form(others, effect.evidence)) is not None:
+        effect = replace(effect, evidence=fuller)
+        clean = tests(others.with_columns(effect.columns(start.problem))).clean
+    return effect, clean
 
 
-def _with(found: Iterable[Accepted], start: Baseline) -> Baseline:
-    """The ground with effects in; of a long recording it is large, and kept no longer than needed."""
-    return start.with_all(one.columns(start.problem) for one in found)
+def _baseline_with(accepted: Iterable[AcceptedEffect], start: Baseline) -> Baseline:
+    """The baseline with effects; large for a long recording, hence kept no longer than needed."""
+    return start.with_all(effect.columns(start.problem) for effect in accepted)
 
 
-def _as_plain_as_clean(
-    found: Sequence[Accepted], start: Baseline, tests: Tests
-) -> tuple[list[Accepted], Baseline, ResidualTests]:
-    """Effects that leave nothing, without the forms that do not tell any more, where these leave nothing either."""
-    for each in (_with_forms_that_tell(found, start), list(found)):
-        ground = _with(each, start)
-        after = tests(ground)
+def _drop_needless_forms(
+    accepted: Sequence[AcceptedEffect], start: Baseline, tests: ResidualTester
+) -> tuple[list[AcceptedEffect], Baseline, ResidualTests]:
+    """Drop unsupported forms from effects with a clean residual, where the residual stays clean."""
+    for candidates in (_drop_unsupported_forms(accepted, start), list(accepted)):
+        baseline = _baseline_with(candidates, start)
+        after = tests(baseline)
         if after.clean:
             break
-    return each, ground, after
+    return candidates, baseline, after
 
 
-def _with_forms_that_tell(found: Sequence[Accepted], start: Baseline) -> list[Accepted]:
-    """Effects without those of their forms that gain less than a name needs, beside all the others; each once.
+def _drop_unsupported_forms(accepted: Sequence[AcceptedEffect], start: Baseline) -> list[AcceptedEffect]:
+    """Drop forms gaining less than the nats for acceptance next to all remaining effects, and drop duplicate effects.
 
-    What was found a second time beside a form is what is left without it.
+    A second copy of an effect, accepted next to a form, replaces the first once the form is gone.
     """
-    out, problem = list(found), start.problem
-    for i, one in enumerate(found):
-        others = _with((*out[:i], *out[i + 1 :]), start)
-        for form in reversed(one.evidence.candidate.forms):
-            plainer = judged_at(others, [_without(out[i].evidence.candidate, form)])
-            whole = judged_at(others, [out[i].evidence.candidate])
-            if plainer is not None and (whole is None or not _tells(whole, plainer, problem)):
-                out[i] = replace(out[i], evidence=replace(plainer, gain=one.evidence.gain, V=one.evidence.V))
-    return list({_key(one.evidence.candidate): one for one in reversed(out)}.values())[::-1]
+    out, problem = list(accepted), start.problem
+    for i, effect in enumerate(accepted):
+        others = _baseline_with((*out[:i], *out[i + 1 :]), start)
+        for form in reversed(effect.evidence.candidate.forms):
+            plainer = judge_settings(others, [_without_form(out[i].evidence.candidate, form)])
+            whole = judge_settings(others, [out[i].evidence.candidate])
+            if plainer is not None and (whole is None or not _is_supported(whole, plainer, problem)):
+                out[i] = replace(out[i], evidence=replace(plainer, gain=effect.evidence.gain, V=effect.evidence.V))
+    return list({_key(effect.evidence.candidate): effect for effect in reversed(out)}.values())[::-1]
 
 
-def _key(one: Candidate) -> tuple[object, ...]:
-    return one.effect, one.forms, repr(sorted(one.nonlinear))
+def _key(candidate: Candidate) -> tuple[object, ...]:
+    return candidate.effect, candidate.forms, repr(sorted(candidate.nonlinear))
 
 
-def _without(one: Candidate, form: str) -> Candidate:
-    """The candidate without a form, whose parameters are then as they are by default."""
-    names = {p.name for p in one.effect.forms[form]}
-    kept = tuple((name, value) for name, value in one.nonlinear if name not in names)
-    return replace(one, forms=tuple(other for other in one.forms if other != form), nonlinear=kept)
+def _without_form(candidate: Candidate, form: str) -> Candidate:
+    """The candidate without a form, whose parameters return to their defaults."""
+    names = {p.name for p in candidate.effect.forms[form]}
+    kept = tuple((name, value) for name, value in candidate.nonlinear if name not in names)
+    return replace(
+        candidate, forms=tuple(kept_form for kept_form in candidate.forms if kept_form != form), nonlinear=kept
+    )
 
 
-def _tells(fuller: Evidence, plainer: Evidence, problem: LinearProblem) -> bool:
-    """Whether a form gains as much as a name needs."""
-    return _lead(fuller, plainer) > problem.policy.accepted(len(EFFECTS))
+def _is_supported(fuller: Evidence, plainer: Evidence, problem: LinearProblem) -> bool:
+    """Whether a form gains the nats needed for acceptance."""
+    return _form_nats(fuller, plainer) > problem.policy.accepted(len(EFFECTS))
 
 
-def _lead(fuller: Evidence, plainer: Evidence) -> float:
-    """Nats of a form on held-out data, or on all m blocks less ``k / 2 ln m`` for its k columns, whichever is more.
+def _form_nats(fuller: Evidence, plainer: Evidence) -> float:
+    """Nats of a form on held-out data, or on all m blocks less ``k / 2 ln m`` for its k columns, whichever is larger.
 
-    What it adds at the start alone is an event, which data held out there do not determine.
+    Held-out data do not determine an event at the start of the recording.
     """
     k, m = fuller.width - plainer.width, len(fuller.sums.count)
     on_all = nats_on_all(plainer.squares - fuller.squares, fuller.V, k, m)
     return max((fuller.gain - plainer.gain) / fuller.V, on_all)
 
 
-def _fuller(others: Baseline, one: Evidence) -> Evidence | None:
-    """The effect with the form that gains most on held-out data; None where none gains as much as a name needs.
+def _best_form(others: Baseline, evidence: Evidence) -> Evidence | None:
+    """The effect with the form of largest gain on held-out data; None if no form is supported.
 
-    Its nats stay those of the effect, by which it was chosen.
+    The nats stay those by which the effect was accepted.
     """
-    before = judged_at(others, [one.candidate])
-    asked = [
-        judged_at(others, list(_settings(one.candidate, form, others.problem))) for form in _forms_left(one.candidate)
+    before = judge_settings(others, [evidence.candidate])
+    tried = [
+        judge_settings(others, list(_form_settings(evidence.candidate, form, others.problem)))
+        for form in _unused_forms(evidence.candidate)
     ]
-    judged = [each for each in asked if each is not None]
-    if before is None or not judged:
+    fitted = [form_evidence for form_evidence in tried if form_evidence is not None]
+    if before is None or not fitted:
         return None
-    best = max(judged, key=lambda each: _lead(each, before))
-    if not _tells(best, before, others.problem):
+    best = max(fitted, key=lambda form_evidence: _form_nats(form_evidence, before))
+    if not _is_supported(best, before, others.problem):
         return None
-    finer = judged_at(others, [_between(others, best.candidate)]) or best
-    best = max(best, finer, key=lambda each: _lead(each, before))
-    return replace(best, gain=one.gain, V=one.V)
+    finer = judge_settings(others, [_refined_settings(others, best.candidate)]) or best
+    best = max(best, finer, key=lambda form_evidence: _form_nats(form_evidence, before))
+    return replace(best, gain=evidence.gain, V=evidence.V)
 
 
-def _forms_left(one: Candidate) -> Iterator[str]:
-    return (form for form in one.effect.forms if form not in one.forms)
+def _unused_forms(candidate: Candidate) -> Iterator[str]:
+    return (form for form in candidate.effect.forms if form not in candidate.forms)
 
 
-def _settings(one: Candidate, form: str, problem: LinearProblem) -> Iterator[Candidate]:
-    """The candidate with a fuller form, at every listed value of that and at every sweep."""
-    of_form = one.effect.forms[form]
+def _form_settings(candidate: Candidate, form: str, problem: LinearProblem) -> Iterator[Candidate]:
+    """The candidate with a fuller form, at every listed value of the form and at every sweep."""
+    of_form = candidate.effect.forms[form]
     grid: dict[str, tuple[Any, ...]] = {p.name: p.quantity.tried for p in of_form if p.role == "listed"}
-    fuller = replace(one, forms=(*one.forms, form)).at(one.effect.central_reference(problem.state))
+    fuller = replace(candidate, forms=(*candidate.forms, form)).at(candidate.effect.central_reference(problem.state))
     for values in itertools.product(*grid.values()):
         yield from _swept(fuller.at(dict(zip(grid, values, strict=True))), form, problem)
 
 
-def _swept(one: Candidate, form: str, problem: LinearProblem) -> Iterator[Candidate]:
-    """A candidate at every sweep of its frequency, which stays as it is in the middle; itself where it has none."""
-    sweeps = [p for p in one.effect.forms[form] if p.role == "sweep"]
-    frequency = one.effect.with_role("frequency")
+def _swept(candidate: Candidate, form: str, problem: LinearProblem) -> Iterator[Candidate]:
+    """A candidate at every sweep of its frequency about the frequency in the middle; unchanged if it has no sweep."""
+    sweeps = [p for p in candidate.effect.forms[form] if p.role == "sweep"]
+    frequency = candidate.effect.with_role("frequency")
     if not sweeps or frequency is None:
-        yield one
+        yield candidate
         return
     begin_s, end_s = map(float, problem.state.time_s[[0, -1]])
     for cycles in (sign * ahead for sign in (-1, 1) for ahead in problem.policy.sweep_cycles):
         rate = 2 * cycles / (end_s - begin_s) ** 2
-        there = float(dict(one.nonlinear)[frequency]) - rate * (begin_s + end_s) / 2
-        if there > 0:
-            yield one.at({sweeps[0].name: rate, frequency: there})
+        start_frequency = float(dict(candidate.nonlinear)[frequency]) - rate * (begin_s + end_s) / 2
+        if start_frequency > 0:
+            yield candidate.at({sweeps[0].name: rate, frequency: start_frequency})
 
 
-def _between(others: Baseline, one: Candidate) -> Candidate:
-    """The candidate with its listed numbers, its forms' too, moved together to where the misfit is least."""
-    given = dict(one.nonlinear)
-    of_forms = (p.name for form in one.forms for p in one.effect.forms[form] if p.role == "listed")
-    names = [name for name in (*one.effect.search, *of_forms) if np.ndim(given[name]) == 0 and given[name] > 0]
+def _refined_settings(others: Baseline, candidate: Candidate) -> Candidate:
+    """The candidate with all listed numbers, including those of its forms, moved jointly to the smallest misfit."""
+    given = dict(candidate.nonlinear)
+    of_forms = (p.name for form in candidate.forms for p in candidate.effect.forms[form] if p.role == "listed")
+    names = [name for name in (*candidate.effect.search, *of_forms) if np.ndim(given[name]) == 0 and given[name] > 0]
     if not names:
-        return one
+        return candidate
 
-    bounds = {p.name: (p.low, p.high) for p in one.effect.parameters()}
+    bounds = {p.name: (p.low, p.high) for p in candidate.effect.parameters()}
     low, high = np.array([bounds[name] for name in names]).T
 
     def at(x: Array) -> Candidate:
-        return one.at(dict(zip(names, map(float, np.clip(np.exp(x), low, high)), strict=True)))
+        return candidate.at(dict(zip(names, map(float, np.clip(np.exp(x), low, high)), strict=True)))
 
     start, options = np.log([given[name] for name in names]), {"maxfev": others.problem.policy.form_settings}
     best = minimize(lambda x: misfit(others, at(x)), start, method="Nelder-Mead", options={**options, "xatol": 0.02})

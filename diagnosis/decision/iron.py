@@ -1,4 +1,4 @@
-"""What of the iron differs from the model, and which effects look like iron on this motion."""
+"""Changes of the iron against the model, and effects that resemble iron on the recorded motion."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from diagnosis.decision.selection import Selection
-from diagnosis.decision.white_choice import Accepted, accepted
+from diagnosis.decision.white_choice import AcceptedEffect, accept_best
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.candidate_test import ColouredBaseline
-from diagnosis.evidence.held_out import Evidence, ranked
-from diagnosis.library.candidates import Candidate, changes_of_iron, proposed
+from diagnosis.evidence.held_out import Evidence, rank_candidates
+from diagnosis.library.candidates import Candidate, iron_candidates, propose_candidates
 from diagnosis.policy import Policy
 from diagnosis.problem.blocks import Cut
 from diagnosis.problem.linear import LinearProblem
@@ -23,157 +23,167 @@ from sim.state import MOTION
 
 @dataclass(frozen=True)
 class IronChanges:
-    """Changes of the iron: those that are findings, and those that belong to what an effect is counted from."""
+    """Changes of the iron: findings, and mere changes of an effect's reference (a temperature, an origin)."""
 
-    found: tuple[Accepted, ...]
-    counted: tuple[Accepted, ...]
+    changes: tuple[AcceptedEffect, ...]
+    conventional: tuple[AcceptedEffect, ...]
 
 
 def iron_changes(selection: Selection) -> IronChanges:
-    """What of the base differs from the model as it was given: iron, offset, scale, axes, turn; vector mode only."""
+    """Find iron, offset, scale, axes and rotation that differ from the given model; vector mode only."""
     if selection.end.problem.mode != "vector":
         return IronChanges((), ())
-    ground, conventions = _unfitted(selection), _conventions(selection)
-    every = _changes(selection, ground)
-    if not conventions.shape[2] or not every:
-        return IronChanges(every, ())
-    beyond = _changes(selection, ground.beside(conventions))
-    names = {one.name for one in beyond}
-    return IronChanges(beyond, tuple(one for one in every if one.name not in names))
+    baseline, conventions = _baseline_without_iron(selection), _conventions(selection)
+    all_changes = _find_changes(selection, baseline)
+    if not conventions.shape[2] or not all_changes:
+        return IronChanges(all_changes, ())
+    findings = _find_changes(selection, baseline.with_columns(conventions))
+    names = {change.name for change in findings}
+    return IronChanges(findings, tuple(change for change in all_changes if change.name not in names))
 
 
 def _conventions(selection: Selection) -> Array:
-    """Columns (n, q, k) by which the effects would differ if they were counted from elsewhere."""
+    """Columns (n, q, k) of the change that another reference (temperature, origin) of the effects would make."""
     problem, columns = selection.end.problem, [np.zeros((*selection.end.problem.target.shape, 0))]
-    for one in selection.found:
-        effect = one.evidence.candidate.made(one.evidence.coefficients)
-        columns.append(problem.whitened(effect.convention_columns(problem.state, problem.clean_nT), type(effect)))
+    for effect in selection.accepted:
+        fitted = effect.evidence.candidate.to_effect(effect.evidence.coefficients)
+        columns.append(problem.whitened(fitted.convention_columns(problem.state, problem.clean_nT), type(fitted)))
     return np.concatenate(columns, axis=2)
 
 
-def _changes(selection: Selection, ground: Baseline) -> tuple[Accepted, ...]:
-    """Changes of the iron on a ground; alternatives are also the effects that look like one on this motion."""
-    problem, members = selection.end.problem, changes_of_iron()
-    others, bare = _listed(problem, selection.without), ground
-    found: list[Accepted] = []
-    while len(found) < problem.policy.most_effects:
-        ranking = ranked(ground, members)
-        chosen = accepted(ranking, problem.policy, clean=selection.after.clean)
-        if chosen is None or _is_of_no_account(chosen, found, selection):
+def _find_changes(selection: Selection, baseline: Baseline) -> tuple[AcceptedEffect, ...]:
+    """Find changes of the iron on a baseline; alternatives include effects that resemble one on the recorded motion."""
+    problem, candidates = selection.end.problem, iron_candidates()
+    others, bare = _candidates_without_search(problem, selection.without), baseline
+    changes: list[AcceptedEffect] = []
+    while len(changes) < problem.policy.most_effects:
+        ranking = rank_candidates(baseline, candidates)
+        chosen = accept_best(ranking, problem.policy, clean=selection.after.clean)
+        if chosen is None or _is_negligible(chosen, changes, selection):
             break
-        rivals = ranked(ground, others)
-        alike = [e for e in rivals if _looks_like(e, ranking[0], problem.policy)]
-        others_alike = tuple(e.name for e in alike if not _by_convention(e, problem))
-        found.append(replace(chosen, alternatives=(*chosen.alternatives, *others_alike)))
-        ground = ground.beside(chosen.columns(ground.problem))
-    return tuple(found) if selection.after.clean else tuple(_standing(bare, found))
+        rivals = rank_candidates(baseline, others)
+        alike = [evidence for evidence in rivals if _looks_like(evidence, ranking[0], problem.policy)]
+        others_alike = tuple(evidence.name for evidence in alike if not _is_conventional(evidence, problem))
+        changes.append(replace(chosen, alternatives=(*chosen.alternatives, *others_alike)))
+        baseline = baseline.with_columns(chosen.columns(baseline.problem))
+    return tuple(changes) if selection.after.clean else tuple(_beats_coloured_noise(bare, changes))
 
 
-def _standing(bare: Baseline, found: Sequence[Accepted]) -> Iterator[Accepted]:
-    """Those changes of the iron that beat a rest with its own colour, each beside the others.
+def _beats_coloured_noise(bare: Baseline, changes: Sequence[AcceptedEffect]) -> Iterator[AcceptedEffect]:
+    """The changes of the iron that beat coloured noise, each fitted next to the rest.
 
-    Of slow noise a slow motion makes iron; and beside one change alone what another leaves is such a rest.
+    Slow noise on a slow motion resembles iron; the residual of a second change resembles slow noise.
     """
     problem = bare.problem
-    for one in found:
-        ground = bare.with_all(other.columns(problem) for other in found if other is not one)
-        beside = ColouredBaseline.of(problem, ground.inside)
-        standing = beside.standing(one.evidence, beside.rows.taken(one.columns(problem)))
-        if standing.gain > problem.policy.coloured_nats:
-            yield one
+    for change in changes:
+        baseline = bare.with_all(another.columns(problem) for another in changes if another is not change)
+        coloured_baseline = ColouredBaseline.of(problem, baseline.accepted_columns)
+        fit = coloured_baseline.fit_candidate(change.evidence, coloured_baseline.rows.bin(change.columns(problem)))
+        if fit.gain > problem.policy.coloured_nats:
+            yield change
 
 
 def _looks_like(rival: Evidence, best: Evidence, policy: Policy) -> bool:
-    """Whether data do not tell an effect from a change of the iron, but by what is of second order in both."""
-    return not rival.behind(best, policy) or rival.gain > (1 - policy.same_iron) * best.gain
+    """Whether data do not distinguish an effect from a change of the iron, up to terms of second order in both."""
+    return not rival.is_behind(best, policy) or rival.gain > (1 - policy.same_iron) * best.gain
 
 
-def _by_convention(rival: Evidence, problem: LinearProblem) -> bool:
-    """Whether all but little of what an effect adds is what it is counted from: it then is the iron by another name.
+def _is_conventional(rival: Evidence, problem: LinearProblem) -> bool:
+    """Whether nearly all of an effect's contribution lies in its reference: the effect is then iron.
 
-    So a drift that settles at once, or a loop that is wider than the field. A recorded channel that hardly changes may
-    still be why the iron is another.
+    Examples are a drift that settles at once, and a hysteresis loop wider than the field. A recorded channel that
+    hardly changes may still be the reason why the iron differs.
     """
     if not MOTION.issuperset(rival.candidate.effect.needs):
         return False
-    effect, state = rival.candidate.made(rival.coefficients), problem.state
+    effect, state = rival.candidate.to_effect(rival.coefficients), problem.state
     counted = problem.whitened(effect.convention_columns(state, problem.clean_nT), type(effect))
     added = (rival.candidate.columns(problem) @ rival.coefficients).ravel()
     A = counted.reshape(len(added), -1)
-    left = added - A @ np.linalg.lstsq(A, added, rcond=None)[0]
-    return bool(np.linalg.norm(left) < problem.policy.absorbed_survival * np.linalg.norm(added))
+    residual = added - A @ np.linalg.lstsq(A, added, rcond=None)[0]
+    return bool(np.linalg.norm(residual) < problem.policy.absorbed_survival * np.linalg.norm(added))
 
 
 def absorbed_effects(problem: LinearProblem) -> tuple[str, ...]:
-    """Effects that have the channels but that the base takes up nearly whole on this motion; vector mode only."""
+    """Effects with recorded channels whose columns the base absorbs nearly whole on the motion; vector mode only."""
     if problem.mode != "vector":
         return ()
     limit = problem.policy.absorbed_survival
-    return tuple(name for name, members in _listed(problem).items() if survival(problem, members[0]) < limit)
+    return tuple(
+        name
+        for name, candidates in _candidates_without_search(problem).items()
+        if survival(problem, candidates[0]) < limit
+    )
 
 
-def survival(problem: LinearProblem, member: Candidate) -> float:
+def survival(problem: LinearProblem, candidate: Candidate) -> float:
     """``rho = |(I - P_base) E| / |E|`` of a candidate's columns, as means over a second: rates are noisy."""
-    columns = member.columns(problem)
+    columns = candidate.columns(problem)
     length = max(1, round(problem.policy.survival_mean_s / problem.state.interval_s))
     cut = Cut(length, len(columns) // length)
     E, B = cut.means(columns), cut.means(problem.base)
     Q = np.linalg.qr(B / np.linalg.norm(B, axis=0))[0]
-    left = E - np.einsum("np,pqk->nqk", Q, np.einsum("np,nqk->pqk", Q, E))
+    remaining = E - np.einsum("np,pqk->nqk", Q, np.einsum("np,nqk->pqk", Q, E))
     size = float(np.linalg.norm(E))
-    return float(np.linalg.norm(left)) / size if size > 0 else 0.0
+    return float(np.linalg.norm(remaining)) / size if size > 0 else 0.0
 
 
-def _unfitted(selection: Selection) -> Baseline:
-    """Measured minus the model as given, with no base that is fitted, beside the effects that were found.
+def _baseline_without_iron(selection: Selection) -> Baseline:
+    """The baseline of measured minus the given model, with no fitted base, with all accepted effects.
 
-    Beside one with an origin also a constant of the earth's frame: the origin was found with the iron fitted.
+    For an effect with an origin a constant of the earth's frame is added: the origin was found with fitted iron.
     """
     problem = selection.end.problem
     target: Array = (problem.recording.mag_nT - problem.predicted_nT) / problem.sigma_nT * problem.usable[:, None]
     bare = replace(problem, base=np.zeros((len(target), 1)), target=target)
     constant = [
-        problem.whitened(problem.state.R_wb.transpose(0, 2, 1), one.evidence.candidate.effect)
-        for one in selection.found
-        if one.evidence.candidate.effect.with_role("origin")
+        problem.whitened(problem.state.R_wb.transpose(0, 2, 1), effect.evidence.candidate.effect)
+        for effect in selection.accepted
+        if effect.evidence.candidate.effect.with_role("origin")
     ]
-    return Baseline.of(bare, (*selection.end.inside, *constant[:1]))
+    return Baseline.of(bare, (*selection.end.accepted_columns, *constant[:1]))
 
 
-def _listed(problem: LinearProblem, without: frozenset[str] = frozenset()) -> dict[str, list[Candidate]]:
-    """Candidates that need no search; a linear field is taken at its given origin."""
+def _candidates_without_search(
+    problem: LinearProblem, without: frozenset[str] = frozenset()
+) -> dict[str, list[Candidate]]:
+    """Candidates without a search; a linear field is taken at its given origin."""
     listed = (None, "origin")
-    return {name: many for name, many in proposed(problem, without).items() if many[0].effect.search_role() in listed}
+    return {
+        name: many
+        for name, many in propose_candidates(problem, without).items()
+        if many[0].effect.search_role() in listed
+    }
 
 
-def _is_of_no_account(chosen: Accepted, found: list[Accepted], selection: Selection) -> bool:
-    """Whether a change is but the form of what was found, or no larger than the stated attitude error makes it.
+def _is_negligible(chosen: AcceptedEffect, changes: list[AcceptedEffect], selection: Selection) -> bool:
+    """Whether a change is a form error of accepted effects, within the stated attitude error, or negligible.
 
-    Of the iron only turns have an error of form, for all else is linear. Or one that adds next to nothing: where an
-    event falls out of the training, what it leaves held out is chance.
+    Within the iron only rotations have a form error; all else is linear. An event outside the training data leaves
+    chance evidence on held-out data.
     """
     problem = selection.end.problem
     if chosen.evidence.raw_gain < problem.policy.accepted(len(EFFECTS)):
         return True
-    larger = [_size(one, problem) for one in selection.found]
-    larger += [one.evidence.gain for one in found[:1] if one.evidence.candidate.effect.tangents]
+    larger = [_nats_without_iron(effect, problem) for effect in selection.accepted]
+    larger += [effect.evidence.gain for effect in changes[:1] if effect.evidence.candidate.effect.tangents]
     share = problem.policy.form_share if selection.after.clean else problem.policy.same_form_share
     form = share**2 * max(larger, default=0.0)
-    return chosen.evidence.gain < form or chosen.evidence.strength < _turned_by(problem)
+    return chosen.evidence.gain < form or chosen.evidence.strength < _attitude_error_rms(problem)
 
 
-def _size(one: Accepted, problem: LinearProblem) -> float:
-    """Nats that an effect explains where no iron is fitted; beside the iron where that moves what it is counted from.
+def _nats_without_iron(effect: AcceptedEffect, problem: LinearProblem) -> float:
+    """Nats of an effect without fitted iron; with fitted iron where the effect's reference is part of the iron.
 
     A sensor at 10 degrees has a large part of ``k (T - 20)`` in its iron.
     """
-    effect = one.evidence.candidate.made(one.evidence.coefficients)
-    counted = effect.convention_columns(problem.state, problem.clean_nT).shape[2]
-    return one.evidence.gain if counted else one.evidence.raw_gain
+    fitted = effect.evidence.candidate.to_effect(effect.evidence.coefficients)
+    counted = fitted.convention_columns(problem.state, problem.clean_nT).shape[2]
+    return effect.evidence.gain if counted else effect.evidence.raw_gain
 
 
-def _turned_by(problem: LinearProblem) -> float:
-    """Rms that the stated attitude error makes at most, in units of the noise; a smaller change of the base is none."""
+def _attitude_error_rms(problem: LinearProblem) -> float:
+    """Largest rms due to the stated attitude error, in units of the noise."""
     policy, strength_nT = problem.policy, float(np.linalg.norm(problem.state.field_enu_nT))
     turned_nT = policy.stated_margin * problem.attitude_std_rad * strength_nT
     return turned_nT / float(np.sqrt((problem.sigma_nT**2).mean()))

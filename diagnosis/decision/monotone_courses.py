@@ -1,4 +1,4 @@
-"""Courses that one recording cannot tell apart: what only rises or falls goes with time, and with all that does."""
+"""Monotone courses: a single recording cannot distinguish time and monotone channels."""
 
 from __future__ import annotations
 
@@ -10,44 +10,44 @@ import numpy as np
 from scipy.stats import spearmanr
 
 from diagnosis.evidence.localise import TIME, channels
-from diagnosis.evidence.smooth_windows import correlation, on_within
-from diagnosis.library.drivers import drivers
+from diagnosis.evidence.smooth_windows import channels_on_within, correlation
+from diagnosis.library.drivers import find_drivers
 from diagnosis.problem.actuators import as_currents
 from diagnosis.problem.blocks import Cut
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.result import How, Named
+from diagnosis.result import EvidenceKind, NamedEffect
 from recordings.channels import current_name
 from scenarios.arrays import Array
 from sim.effects import BY_NAME
 from validation.signals.amplitude import column_rms
 
 
-def with_rivals(problem: LinearProblem, one: Named) -> Named:
-    """A name with the channels that drive it as well: where what it adds only rises or falls, or has a window.
+def with_rival_channels(problem: LinearProblem, cause: NamedEffect) -> NamedEffect:
+    """Add the channels that may drive an effect equally well, where its course is monotone or has a window.
 
-    Those that it or its look-alikes need are no rivals. An effect that needs no channel is itself a course of time. Of
-    one motor's current they are also those of motors that run alike.
+    Channels needed by the effect or its look-alikes are no rivals. An effect without a channel is a course of time. For
+    the current of a single motor, motors running alike are rivals too.
     """
-    if one.how is not How.HELD_OUT:
-        return one
-    needs = (one.effect.needs, *(BY_NAME[name].needs for name in one.alternatives))
+    if cause.kind is not EvidenceKind.HELD_OUT:
+        return cause
+    needs = (cause.effect.needs, *(BY_NAME[name].needs for name in cause.alternatives))
     known = {need for each in needs for need in each or (TIME,)}
     currents = {current_name(motor) for motor in problem.state.motors}
     known |= {channel for channel in as_currents(problem.recording) if known & currents}
-    rivals = tuple(name for name in channels_alike(problem, one) if name not in known)
-    return replace(one, rivals=(*rivals, *motors_alike(problem, one)))
+    rivals = tuple(name for name in similar_channels(problem, cause) if name not in known)
+    return replace(cause, rivals=(*rivals, *similar_motors(problem, cause)))
 
 
-def motors_alike(problem: LinearProblem, one: Named) -> tuple[str, ...]:
-    """Channels of motors whose currents explain all of another's but an error of form, of which one is told apart.
+def similar_motors(problem: LinearProblem, cause: NamedEffect) -> tuple[str, ...]:
+    """Channels of motors whose currents explain all of a named motor's current but an error of form.
 
-    None where the sum of all is meant, or where each has a gain of its own.
+    Empty where the sum of all currents is meant, or where each motor has a gain of its own.
     """
-    role = one.effect.with_role("motor")
-    told = {getattr(effect, role) for effect in one.effects if effect.name == one.name} if role else {0}
-    if len(told) > 1 or told == {0}:
+    role = cause.effect.with_role("motor")
+    motors_named = {getattr(effect, role) for effect in cause.effects if effect.name == cause.name} if role else {0}
+    if len(motors_named) > 1 or motors_named == {0}:
         return ()
-    (motor,), least = told, math.sqrt(1 - problem.policy.same_kin)
+    (motor,), least = motors_named, math.sqrt(1 - problem.policy.same_family)
     current_A = problem.state.channel(current_name(motor))
     logged = {current: channel for channel, current in as_currents(problem.recording).items()}
     others = (current_name(other) for other in problem.state.motors if other != motor)
@@ -56,50 +56,50 @@ def motors_alike(problem: LinearProblem, one: Named) -> tuple[str, ...]:
     )
 
 
-def channels_alike(problem: LinearProblem, one: Named) -> tuple[str, ...]:
-    """Time and the channels with the same course as what an effect adds; none where it rises and falls.
+def similar_channels(problem: LinearProblem, cause: NamedEffect) -> tuple[str, ...]:
+    """Time and the channels with the course of an effect's contribution; empty where the contribution rises and falls.
 
-    Beside a jump those that jump with it: in time only that moment speaks for it. Courses are one where their rank
-    correlation is above `one_course`: one is then a curve of the other. What scales with the signal comes and goes as
-    the sensor turns: of it the course is that beside a signal that stands. Of what acts in a part of the run it is the
-    channels that are on in that part alone.
+    Two courses agree where their rank correlation exceeds `one_course`: either is then a curve of the other. Channels
+    that jump with a jump are rivals; in time the moment alone is known. Contributions that scale with the signal follow
+    the turns of the sensor: their course is taken for a constant signal. An effect with a window competes with the
+    channels active in the window alone.
     """
-    if one.effect.active_s is not None:
-        return on_within(problem, one.effect.active_s)
+    if cause.effect.active_s is not None:
+        return channels_on_within(problem, cause.effect.active_s)
     standing_nT = np.broadcast_to(column_rms(problem.clean_nT), problem.clean_nT.shape)
-    several = (_alike_beside(problem, one, signal_nT) for signal_nT in (problem.clean_nT, standing_nT))
+    several = (_similar_for_signal(problem, cause, signal_nT) for signal_nT in (problem.clean_nT, standing_nT))
     return next((names for names in several if names), ())
 
 
-def _alike_beside(problem: LinearProblem, one: Named, signal_nT: Array) -> tuple[str, ...]:
-    """The same beside a signal (n, 3)."""
+def _similar_for_signal(problem: LinearProblem, cause: NamedEffect, signal_nT: Array) -> tuple[str, ...]:
+    """The channels similar to an effect's contribution for a signal (n, 3)."""
     cut = Cut.of(len(problem.recording), problem.state.interval_s, problem.policy)
-    same = [effect for effect in one.effects if effect.name == one.name]  # a second jump is a part of its course
-    parts = [effect.contribution(problem.state, signal_nT, np.random.default_rng(0), {}) for effect in same]
-    course, jumps = _main_course(cut.means(np.sum(parts, axis=0))), one.effect.search_role() == "moment"
+    effects = [effect for effect in cause.effects if effect.name == cause.name]  # a second jump is a part of its course
+    parts = [effect.contribution(problem.state, signal_nT, np.random.default_rng(0), {}) for effect in effects]
+    course, jumps = _main_course(cut.means(np.sum(parts, axis=0))), cause.effect.search_role() == "moment"
     alike = correlation if jumps else _rank_correlation  # the ranks of levels are a matter of their noise
-    names = [name for name, x in _courses(problem) if alike(course, cut.means(x)) > problem.policy.one_course]
+    names = [name for name, x in _channel_courses(problem) if alike(course, cut.means(x)) > problem.policy.one_course]
     return tuple(names) if jumps or TIME in names else ()
 
 
-def channels_of_time(problem: LinearProblem) -> frozenset[str]:
-    """Time, and the channels that only rise or fall in the run: no gap tells these from it."""
+def monotone_channels(problem: LinearProblem) -> frozenset[str]:
+    """Time and all channels that only rise or fall during the run: a gap cannot distinguish them."""
     cut = Cut.of(len(problem.recording), problem.state.interval_s, problem.policy)
     time_s, least = cut.means(problem.state.time_s), problem.policy.one_course
     return frozenset(name for name, x in channels(problem) if _rank_correlation(time_s, cut.means(x)) > least)
 
 
-def _courses(problem: LinearProblem) -> Iterator[tuple[str, Array]]:
+def _channel_courses(problem: LinearProblem) -> Iterator[tuple[str, Array]]:
     yield TIME, problem.state.time_s
-    yield from ((one.name, one.x) for one in drivers(problem))
+    yield from ((one.name, one.x) for one in find_drivers(problem))
 
 
 def _main_course(added_nT: Array) -> Array:
     """The first principal component (m,) of a course (m, 3)."""
-    left, size, _ = np.linalg.svd(added_nT - added_nT.mean(axis=0), full_matrices=False)
-    return np.asarray(left[:, 0] * size[0])
+    components, size, _ = np.linalg.svd(added_nT - added_nT.mean(axis=0), full_matrices=False)
+    return np.asarray(components[:, 0] * size[0])
 
 
-def _rank_correlation(one: Array, other: Array) -> float:
-    """``|rho|`` of Spearman; 0 for a course that stands."""
-    return abs(float(spearmanr(one, other).statistic)) if np.ptp(one) > 0 and np.ptp(other) > 0 else 0.0
+def _rank_correlation(first: Array, second: Array) -> float:
+    """``|rho|`` of Spearman; 0 for a constant course."""
+    return abs(float(spearmanr(first, second).statistic)) if np.ptp(first) > 0 and np.ptp(second) > 0 else 0.0

@@ -1,4 +1,4 @@
-"""A cause of several motors whose wires run differently: each motor with a gain of its own, and still one name."""
+"""Effects of several motors with different wiring: a gain for each motor, reported as one cause."""
 
 from __future__ import annotations
 
@@ -7,70 +7,77 @@ from dataclasses import replace
 
 import numpy as np
 
-from diagnosis.decision.forms import Tests
-from diagnosis.decision.white_choice import Accepted
+from diagnosis.decision.forms import ResidualTester
+from diagnosis.decision.white_choice import AcceptedEffect
 from diagnosis.evidence.baseline import Baseline
-from diagnosis.evidence.held_out import Evidence, judged_at
+from diagnosis.evidence.held_out import Evidence, judge_settings
 from diagnosis.library.candidates import Candidate
 from diagnosis.problem.blocks import fit, inflation
 from scenarios.arrays import Array
 from sim.effects import EFFECTS
 
 
-def each_by_itself(found: Sequence[Accepted], start: Baseline, tests: Tests) -> list[Accepted]:
-    """Effects, those of one gain for all motors with a gain of each, where that explains what one gain leaves.
+def split_by_motor(accepted: Sequence[AcceptedEffect], start: Baseline, tests: ResidualTester) -> list[AcceptedEffect]:
+    """Split effects with one gain for all motors into a gain for each motor, where the residual supports it.
 
-    Nats on held-out data beyond those of what is in, over the inflation, must be as many as a name needs. Motors that
-    explain nothing beside the others are left out. Of one that was found first it is asked again beside a second, in
-    whose gap a motor was not seen. start : the ground without any effect.
+    The split must gain the nats for acceptance on held-out data, over the inflation. Motors explaining nothing are left
+    out. An effect accepted earlier is split again once a later effect no longer hides a motor. start : the baseline
+    without effects.
     """
-    out: list[Accepted] = []
-    for i, one in enumerate(found):
-        others = [*out, *found[i + 1 :]]
-        alone = [each.name for each in found].count(one.name) == 1
-        out += _by_itself(one, others, start, tests) if alone else [one]
+    out: list[AcceptedEffect] = []
+    for i, effect in enumerate(accepted):
+        others = [*out, *accepted[i + 1 :]]
+        alone = [other.name for other in accepted].count(effect.name) == 1
+        out += _split(effect, others, start, tests) if alone else [effect]
     return out
 
 
-def _by_itself(one: Accepted, found: Sequence[Accepted], start: Baseline, tests: Tests) -> list[Accepted]:
-    """An effect beside others that were found, in as many parts as there are motors that tell."""
-    problem, whole = start.problem, one.evidence
+def _split(
+    effect: AcceptedEffect, accepted: Sequence[AcceptedEffect], start: Baseline, tests: ResidualTester
+) -> list[AcceptedEffect]:
+    """Split one effect next to all remaining effects into the motors supported by the data."""
+    problem, whole = start.problem, effect.evidence
     motors, role = problem.state.motors, whole.candidate.effect.with_role("motor")
     if role is None or len(motors) < 2:
-        return [one]
-    others = start.with_all(other.columns(problem) for other in found)
-    if tests(others.beside(one.columns(problem))).clean:
-        return [one]
-    parts = _parts(others, [whole.candidate.at({role: motor}) for motor in motors], whole)
+        return [effect]
+    others = start.with_all(another.columns(problem) for another in accepted)
+    if tests(others.with_columns(effect.columns(problem))).clean:
+        return [effect]
+    parts = _motor_evidence(others, [whole.candidate.at({role: motor}) for motor in motors], whole)
     if not parts:
-        return [one]
-    first = replace(one, evidence=replace(parts[0], gain=whole.gain, V=whole.V))
-    return [first, *(Accepted(part, ()) for part in parts[1:])]
+        return [effect]
+    first = replace(effect, evidence=replace(parts[0], gain=whole.gain, V=whole.V))
+    return [first, *(AcceptedEffect(part, ()) for part in parts[1:])]
 
 
-def _parts(others: Baseline, settings: Sequence[Candidate], one: Evidence) -> list[Evidence]:
-    """Each motor's evidence beside all others, the strongest first; none where they do not do better.
+def _motor_evidence(others: Baseline, settings: Sequence[Candidate], evidence: Evidence) -> list[Evidence]:
+    """Evidence of each motor next to all remaining effects, the strongest first; empty if the split gains too little.
 
-    Neither all together, nor those that are kept: of motors that run alike none explains anything beside the others.
+    Both all motors and the kept ones must gain enough: of motors running alike none explains anything next to the rest.
     """
-    policy, columns = others.problem.policy, [each.columns(others.problem) for each in settings]
-    if not _do_better(others, columns, one):
+    policy, columns = others.problem.policy, [motor.columns(others.problem) for motor in settings]
+    if not _explain_more(others, columns, evidence):
         return []
     judged = (
-        judged_at(others.with_all(other for other in columns if other is not own), [setting])
+        judge_settings(others.with_all(other for other in columns if other is not own), [setting])
         for setting, own in zip(settings, columns, strict=True)
     )
-    known = [each for each in judged if each is not None and each.nats > policy.apart]
-    if not known or not _do_better(others, [each.candidate.columns(others.problem) for each in known], one):
+    known = [motor for motor in judged if motor is not None and motor.nats > policy.apart]
+    if not known or not _explain_more(others, [motor.candidate.columns(others.problem) for motor in known], evidence):
         return []
-    return sorted(known, key=lambda each: -each.strength)
+    return sorted(known, key=lambda motor: -motor.strength)
 
 
-def _do_better(others: Baseline, columns: Sequence[Array], one: Evidence) -> bool:
-    """Whether columns (n, q, k) of several motors explain more than one gain by what a name needs.
+def _explain_more(others: Baseline, columns: Sequence[Array], evidence: Evidence) -> bool:
+    """Whether columns (n, q, k) of several motors gain enough more on held-out data than a common gain.
 
-    Both on held-out data: what one gain explains on all of it is less where the base is extrapolated.
+    Held-out data are used for both: a common gain explains less on held-out data where the base is extrapolated.
     """
-    joint, alone = others.joined(np.concatenate(columns, axis=2)), others.joined(one.candidate.columns(others.problem))
-    V = inflation(joint, fit(joint, others.everything), others.problem.policy)
-    return (others.held_gain(joint) - others.held_gain(alone)) / V > others.problem.policy.accepted(len(EFFECTS))
+    joint, alone = (
+        others.sums_with(np.concatenate(columns, axis=2)),
+        others.sums_with(evidence.candidate.columns(others.problem)),
+    )
+    V = inflation(joint, fit(joint, others.all_folds), others.problem.policy)
+    return (others.held_out_gain(joint) - others.held_out_gain(alone)) / V > others.problem.policy.accepted(
+        len(EFFECTS)
+    )

@@ -1,4 +1,4 @@
-"""A first look at the candidates of a round, beside the rest as it is: which are tried, and in which order."""
+"""Screening of a round's candidates with a common noise model: choice and order of the candidates to test."""
 
 from __future__ import annotations
 
@@ -17,41 +17,46 @@ from scenarios.arrays import Array
 
 @dataclass(frozen=True, eq=False)
 class Screening:
-    """A first look at candidates: their columns as rows, the nats (m,) that each gains within rows, and in all."""
+    """Candidates, their columns in binned rows, and the nats (m,) gained within rows and in total."""
 
-    several: Sequence[Evidence]
+    candidates: Sequence[Evidence]
     columns: Sequence[Array]
     within: Array
     nats: Array
 
     @classmethod
-    def of(cls, several: Sequence[Evidence], beside: ColouredBaseline, ground: Baseline) -> Screening:
-        """Beside the rest as it is."""
-        columns, within = _in_rows(several, beside, ground)
-        return cls(several, columns, within, beside.roughly(columns) + within)
+    def of(cls, candidates: Sequence[Evidence], coloured_baseline: ColouredBaseline, baseline: Baseline) -> Screening:
+        """Screen candidates with the noise model of the baseline."""
+        columns, within = _binned(candidates, coloured_baseline, baseline)
+        return cls(candidates, columns, within, coloured_baseline.screening_gains(columns) + within)
 
-    def in_turn(self, ground: Baseline, start: Baseline) -> list[int]:
-        """One candidate of each name in the order of their nats, those behind that explain next to nothing of the gap.
+    def order(self, baseline: Baseline, start: Baseline) -> list[int]:
+        """Index of one candidate for each name, by decreasing nats, with negligible shares of the gap last.
 
-        What an iron that is fitted anew moves about gains much beside a slow rest; it takes no turn from what explains.
+        Negligible candidates may gain much: refitted iron follows slow noise.
         """
-        kept = one_of_each([one.name for one in self.several], self.nats, ground.problem.policy)
-        shares = {i: added_share(start, ground, self.several[i].squares) for i in kept}
-        return sorted(kept, key=lambda i: (shares[i] < ground.problem.policy.least_added, -self.nats[i]))
+        kept = best_of_each_name([one.name for one in self.candidates], self.nats, baseline.problem.policy)
+        shares = {index: added_share(start, baseline, self.candidates[index].squares) for index in kept}
+        return sorted(kept, key=lambda index: (shares[index] < baseline.problem.policy.least_added, -self.nats[index]))
 
-    def heard(self, one: int, beside: ColouredBaseline) -> CandidateFit:
-        """A candidate beside a rest of its own, or another of its name that gains more there."""
-        name = self.several[one].name
-        same = [i for i, other in enumerate(self.several) if other.name == name]
-        several = [beside.standing(self.several[i], self.columns[i], self.within[i]) for i in same]
-        (best,) = one_of_each([name] * len(same), np.array([each.gain for each in several]), beside.rows.policy)
-        return several[best]
+    def best_fit(self, index: int, coloured_baseline: ColouredBaseline) -> CandidateFit:
+        """Fit an effect with its own noise model, at the setting of largest gain."""
+        name = self.candidates[index].name
+        indices = [index for index, candidate in enumerate(self.candidates) if candidate.name == name]
+        fits = [
+            coloured_baseline.fit_candidate(self.candidates[index], self.columns[index], self.within[index])
+            for index in indices
+        ]
+        (best,) = best_of_each_name(
+            [name] * len(indices), np.array([fit.gain for fit in fits]), coloured_baseline.rows.policy
+        )
+        return fits[best]
 
 
-def one_of_each(names: Sequence[str], nats: Array, policy: Policy) -> list[int]:
-    """The best of each name; a later one is taken where it gains more by an error of form.
+def best_of_each_name(names: Sequence[str], nats: Array, policy: Policy) -> list[int]:
+    """The best index for each name; a later one wins only where it gains more than a form error.
 
-    For forms are fitted once the effect is in.
+    Forms are fitted once the effect is accepted.
     """
     best: dict[str, int] = {}
     for i, name in enumerate(names):
@@ -61,11 +66,13 @@ def one_of_each(names: Sequence[str], nats: Array, policy: Policy) -> list[int]:
     return list(best.values())
 
 
-def _in_rows(ranking: Sequence[Evidence], beside: ColouredBaseline, ground: Baseline) -> tuple[list[Array], Array]:
-    """The columns of candidates as rows, and the nats (m,) that each gains between the samples of a row."""
+def _binned(
+    ranking: Sequence[Evidence], coloured_baseline: ColouredBaseline, baseline: Baseline
+) -> tuple[list[Array], Array]:
+    """Columns of candidates in binned rows, and the nats (m,) each gains between the samples of a row."""
     columns, within = [], np.zeros(len(ranking))
-    for i, one in enumerate(ranking):
-        whole = one.candidate.columns(ground.problem)
-        columns.append(beside.rows.taken(whole))
-        within[i] = gain_within(ground.problem, beside.rows, ground.inside, whole)
+    for i, evidence in enumerate(ranking):
+        whole = evidence.candidate.columns(baseline.problem)
+        columns.append(coloured_baseline.rows.bin(whole))
+        within[i] = gain_within(baseline.problem, coloured_baseline.rows, baseline.accepted_columns, whole)
     return columns, within

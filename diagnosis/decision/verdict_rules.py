@@ -1,4 +1,4 @@
-"""From what was found to one verdict: rules in their order, then doubts of the names."""
+"""The verdict on a diagnosis, by ordered rules, and doubts about the named effects."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from diagnosis.decision.monotone_courses import channels_of_time
+from diagnosis.decision.monotone_courses import monotone_channels
 from diagnosis.evidence.baseline import Baseline
-from diagnosis.evidence.channel_following import iron_follows
-from diagnosis.evidence.localise import TIME, Share, channels, localise
+from diagnosis.evidence.channel_following import find_followed_channel
+from diagnosis.evidence.localise import TIME, ChannelShare, channels, localise
 from diagnosis.evidence.rising_spectrum import RisingSpectrum
-from diagnosis.evidence.slow_noise import goes_with_time_alone
-from diagnosis.evidence.smooth_windows import on_in
+from diagnosis.evidence.slow_noise import follows_time_only
+from diagnosis.evidence.smooth_windows import courses_on_within
 from diagnosis.problem.actuators import as_currents
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.problem.strength import turns_too_fast
-from diagnosis.result import GapSize, How, Named
+from diagnosis.result import EvidenceKind, GapSize, NamedEffect
 from diagnosis.verdict import Verdict
 from recordings.channels import current_name
 from scenarios.arrays import Array
@@ -27,29 +27,29 @@ from sim.effects.base import PLAIN, Effect
 
 @dataclass(frozen=True)
 class VerdictInput:
-    """What a verdict is read from: names, whether what is left is clean, and the gap.
+    """Input of the verdict: named effects, whether the residual is clean, and the gap.
 
-    where: channels that the gap goes with; left (n, q): what the names leave, in units of the noise; rise: where its
-    spectrum rises.
+    where: channels that the gap follows. residual (n, q): in units of the noise. rise: frequencies at which the
+    spectrum of the residual rises.
     """
 
     problem: LinearProblem
-    named: tuple[Named, ...]
+    named: tuple[NamedEffect, ...]
     clean: bool
     gap: GapSize
-    where: tuple[Share, ...]
-    left: Array
+    where: tuple[ChannelShare, ...]
+    residual: Array
     rise: RisingSpectrum | None = None
 
     @property
     def noisy(self) -> bool:
-        """Whether noise is among the names."""
-        return any(one.how is How.SPECTRUM for one in self.named)
+        """Whether noise is among the named effects."""
+        return any(cause.kind is EvidenceKind.SPECTRUM for cause in self.named)
 
     @property
-    def found(self) -> tuple[Named, ...]:
-        """The names that rest on held-out data."""
-        return tuple(one for one in self.named if one.how is How.HELD_OUT)
+    def held_out_effects(self) -> tuple[NamedEffect, ...]:
+        """Named effects whose evidence is held-out data."""
+        return tuple(cause for cause in self.named if cause.kind is EvidenceKind.HELD_OUT)
 
 
 Rule = Callable[[VerdictInput], bool]
@@ -57,15 +57,15 @@ NameDoubt = Callable[[VerdictInput], str | None]
 
 
 def verdict_of(case: VerdictInput) -> Verdict:
-    """The verdict of the first rule that holds."""
+    """Return the verdict of the first matching rule."""
     return next(verdict for verdict, holds in RULES if holds(case))
 
 
 def doubts_of(case: VerdictInput, verdict: Verdict) -> tuple[str, ...]:
-    """Why the names only resemble the cause; empty where nothing speaks against them, or nothing can be told."""
-    sure = next(filter(None, (doubt(case) for doubt in SURE_DOUBTS)), None) if case.found else None
-    if sure is not None:
-        return (sure,)
+    """Reasons why the named effects only resemble the cause; empty if none, or if nothing can be decided."""
+    decisive = next(filter(None, (doubt(case) for doubt in DECISIVE_DOUBTS)), None) if case.held_out_effects else None
+    if decisive is not None:
+        return (decisive,)
     mixed = not case.clean if verdict is Verdict.PARTIAL else case.noisy
     if verdict not in (Verdict.PARTIAL, Verdict.COMPOSITE, Verdict.CLASS) or not mixed or case.gap.explained is None:
         return ()
@@ -73,142 +73,148 @@ def doubts_of(case: VerdictInput, verdict: Verdict) -> tuple[str, ...]:
 
 
 def gap_is_larger(case: VerdictInput) -> str | None:
-    """The names do not fit what they were not fitted to."""
+    """Doubt where the named effects do not fit data outside the fit."""
     larger = case.gap.after_sigma > case.problem.policy.larger_gap * case.gap.before_sigma
-    return "with the names in the model the gap is larger" if larger else None
+    return "the gap is larger with the named effects in the model" if larger else None
 
 
 def field_turns_too_fast(case: VerdictInput) -> str | None:
-    """The sensor is in no vehicle."""
+    """Doubt where the sensor is in no vehicle."""
     return "the field turns faster than a vehicle does" if turns_too_fast(case.problem) else None
 
 
-def part_of_what_rises(case: VerdictInput) -> str | None:
-    """The names are the part of a tone that sweeps where it happens to stay."""
+def part_of_swept_tone(case: VerdictInput) -> str | None:
+    """Doubt where the named effects are one frequency of a sweeping tone."""
     if case.rise is None or not case.rise.hides:
         return None
-    return f"where they act the names explain next to nothing: {case.rise.words} is left"
+    return f"the named effects explain next to nothing of {case.rise.words}"
 
 
-def channel_is_left(case: VerdictInput) -> str | None:
-    """What is left still goes with the channels that the gap goes with, and with these more than with time.
+def channel_in_residual(case: VerdictInput) -> str | None:
+    """Doubt where the residual follows the channels leading the gap, and follows them more than time.
 
-    Shares are of the gap: what a slow disturbance of its own leaves goes with time, and with every channel that does.
-    By chance with one of many a little more: any but the first must exceed time's share by all that speaks against. A
-    channel that only rises is time by another name.
+    Shares are of the gap: the residual of a slow disturbance follows time and every channel resembling time. Among many
+    channels one follows the residual a little by chance: any but the first must exceed time's share as well. A monotone
+    channel counts as time.
     """
     policy, explained = case.problem.policy, case.gap.explained
     if not case.where or explained is None:
         return None
-    left = {one.channel: (1 - explained) * one.share for one in localise(case.problem, case.left)}
+    left = {share.channel: (1 - explained) * share.share for share in localise(case.problem, case.residual)}
     time, (first, *others) = left.get(TIME, 0.0), case.where
-    beside = [one for one in others if one.share > policy.leading_share * first.share]
-    needed = {first.channel: max(policy.channel_left * first.share, time)}
-    needed |= {one.channel: policy.channel_left * one.share + time for one in beside}
-    other = needed.keys() - channels_of_time(case.problem)
-    kept = [channel for channel, least in needed.items() if channel in other and left.get(channel, 0.0) > least]
-    return f"what is left still goes with {', '.join(kept)}" if kept else None
+    leading_others = [share for share in others if share.share > policy.leading_share * first.share]
+    needed = {first.channel: max(policy.channel_kept * first.share, time)}
+    needed |= {share.channel: policy.channel_kept * share.share + time for share in leading_others}
+    other = needed.keys() - monotone_channels(case.problem)
+    following = [
+        channel for channel, least_share in needed.items() if channel in other and left.get(channel, 0.0) > least_share
+    ]
+    return f"the residual still follows {', '.join(following)}" if following else None
 
 
-def motion_is_left(case: VerdictInput) -> str | None:
-    """A name acts while the motion that leads the gap is on, and what is left goes with that: a piece of its course."""
-    left = localise(case.problem, case.left)
+def motion_in_residual(case: VerdictInput) -> str | None:
+    """Doubt where an effect acts during the motion leading the gap, and the residual follows the motion as well."""
+    left = localise(case.problem, case.residual)
     if not (case.where and left) or left[0].channel != case.where[0].channel:
         return None
     leading = [(name, x) for name, x in channels(case.problem) if name == left[0].channel]
-    windows = [window for one in case.named if (window := one.effect.active_s) is not None]
-    acts = any(on_in(case.problem, window, leading) for window in windows)
-    return f"acts while {left[0].channel} is on, and what is left goes with that too" if acts else None
+    windows = [window for cause in case.named if (window := cause.effect.active_s) is not None]
+    acts = any(courses_on_within(case.problem, window, leading) for window in windows)
+    return f"acts while {left[0].channel} is on, and the residual follows it too" if acts else None
 
 
 def iron_follows_a_channel(case: VerdictInput) -> str | None:
-    """Iron that follows a channel, which no name has for its cause, leaves much less of the gap than the names do."""
+    """Doubt where iron following a channel, none of whose effects is named, explains much more of the gap."""
     explained = case.gap.explained or 0.0
-    asked = unnamed_channels(case) & {one.channel for one in case.where}
-    found = iron_follows(Baseline.of(case.problem), asked) if asked else None
-    if found is None or 1 - found.share > case.problem.policy.curve_left * (1 - explained):
+    unnamed = unnamed_channels(case) & {share.channel for share in case.where}
+    following = find_followed_channel(Baseline.of(case.problem), unnamed) if unnamed else None
+    if following is None or 1 - following.share > case.problem.policy.curve_residual * (1 - explained):
         return None
-    return f"a scale or an offset that follows {found.channel} explains far more"
+    return f"a scale or an offset that follows {following.channel} explains far more"
 
 
 def at_its_bounds(case: VerdictInput) -> str | None:
-    """A leading name has coefficients at the ends of what it can have: what is sought is no such effect.
+    """Doubt where a leading effect has coefficients at their bounds: no such effect can be the cause.
 
-    Those of a fuller form are none: what a core had before the run dies out, and may then be of any size.
+    Coefficients of fuller forms are exempt: the history of a core before the run decays and may be of any size.
     """
-    most = max((one.strength for one in case.found), default=0.0)
-    leading = [one for one in case.found if one.strength > case.problem.policy.leading_share * most]
-    names = [one.name for one in leading if any(map(_at_an_end, one.effects))]
+    most = max((cause.strength for cause in case.held_out_effects), default=0.0)
+    leading = [cause for cause in case.held_out_effects if cause.strength > case.problem.policy.leading_share * most]
+    names = [cause.name for cause in leading if any(map(_reaches_bound, cause.effects))]
     return f"{', '.join(names)} would have to be larger than it can be" if names else None
 
 
-def _at_an_end(effect: Effect) -> bool:
-    free = (p for p in effect.parameters() if p.role == "linear" and p.form == PLAIN)
-    values = ((p, np.asarray(getattr(effect, p.name))) for p in free)
-    return any(bool(((x <= p.low) | (x >= p.high)).any()) for p, x in values)
+def _reaches_bound(effect: Effect) -> bool:
+    free = (parameter for parameter in effect.parameters() if parameter.role == "linear" and parameter.form == PLAIN)
+    values = ((parameter, np.asarray(getattr(effect, parameter.name))) for parameter in free)
+    return any(bool(((x <= parameter.low) | (x >= parameter.high)).any()) for parameter, x in values)
 
 
 def unnamed_channels(case: VerdictInput) -> set[str]:
-    """Recorded channels that no name, nor what it may be instead, has for its cause; all motors' currents are one."""
-    causes = {cause for one in case.named for cause in one.effect.required_inputs}
-    causes |= {need for one in case.named for name in one.alternatives for need in BY_NAME[name].needs}
+    """Recorded channels driving no named effect and none of its look-alikes; currents of all motors count as one."""
+    causes = {channel for cause in case.named for channel in cause.effect.required_inputs}
+    causes |= {need for cause in case.named for name in cause.alternatives for need in BY_NAME[name].needs}
     known = set(case.problem.state.channels) - causes
     motors = {current_name(motor) for motor in case.problem.state.motors}
     return known - motors - set(as_currents(case.problem.recording)) if causes & motors else known
 
 
-SURE_DOUBTS: tuple[NameDoubt, ...] = (gap_is_larger, field_turns_too_fast, part_of_what_rises)
-"""Doubts that speak against every name, whatever the verdict."""
-NAME_DOUBTS: tuple[NameDoubt, ...] = (at_its_bounds, channel_is_left, motion_is_left, iron_follows_a_channel)
+DECISIVE_DOUBTS: tuple[NameDoubt, ...] = (gap_is_larger, field_turns_too_fast, part_of_swept_tone)
+"""Doubts about all named effects, whatever the verdict."""
+NAME_DOUBTS: tuple[NameDoubt, ...] = (at_its_bounds, channel_in_residual, motion_in_residual, iron_follows_a_channel)
 
 
-def _nothing(case: VerdictInput) -> bool:
+def _nothing_named(case: VerdictInput) -> bool:
     return not case.named
 
 
 def _explains_some(case: VerdictInput) -> bool:
-    """Whether names explain enough of the gap, or a part of which each is sure, beside noise and no other cause.
+    """Whether the named effects explain enough of the gap, or each is certain and only noise is left.
 
-    Where there is no gap to speak of, those that rest on it explain none.
+    Without a gap, effects based on held-out data explain nothing.
     """
     policy, explained = case.problem.policy, case.gap.explained
-    if explained is None and not case.found:
+    if explained is None and not case.held_out_effects:
         return True
     if explained is not None and (explained >= policy.least_share or explained <= 0):
         return explained > 0
-    sure = bool(case.found) and all((one.nats or 0.0) > policy.sure_nats for one in case.found)
-    return sure and goes_with_time_alone(case.problem, case.left)
+    sure = bool(case.held_out_effects) and all(
+        (cause.nats or 0.0) > policy.sure_nats for cause in case.held_out_effects
+    )
+    return sure and follows_time_only(case.problem, case.residual)
 
 
 def _only_iron_with_rivals(case: VerdictInput) -> bool:
-    """Changes of the iron alone, for one of which an effect could stand that is no iron."""
-    rivals = (other for one in case.named for other in one.alternatives)
-    return all(one.how is How.IRON for one in case.named) and any(not BY_NAME[name].traits.absorbed for name in rivals)
+    """Whether only changes of the iron are named, and an effect other than iron is a look-alike."""
+    rivals = (alternative for cause in case.named for alternative in cause.alternatives)
+    return all(cause.kind is EvidenceKind.IRON for cause in case.named) and any(
+        not BY_NAME[name].traits.absorbed for name in rivals
+    )
 
 
-def _may_be_one_course(case: VerdictInput) -> bool:
-    """Whether all beside one name that another channel drives as well is slow noise, or a constant of the iron.
+def _may_be_one_channel(case: VerdictInput) -> bool:
+    """Whether one effect with rival channels is named, next to slow noise and constants of the iron alone.
 
-    The curve of that channel may bend so, and its zero lie elsewhere: several causes are then not shown.
+    A curve of the rival channel may bend like the noise, and its zero may lie elsewhere: several causes are not shown.
     """
-    alike = [one for one in case.named if one.rivals]
-    others = [one for one in case.named if not one.rivals]
-    constant = [one for one in others if one.how is How.IRON and one.effect.traits.constant]
-    noise = [one for one in others if one.how is How.SPECTRUM]
-    return len(alike) == 1 and len(constant) + len(noise) == len(others)
+    alike = [cause for cause in case.named if cause.rivals]
+    rest = [cause for cause in case.named if not cause.rivals]
+    constant = [cause for cause in rest if cause.kind is EvidenceKind.IRON and cause.effect.traits.constant]
+    noise = [cause for cause in rest if cause.kind is EvidenceKind.SPECTRUM]
+    return len(alike) == 1 and len(constant) + len(noise) == len(rest)
 
 
 RULES: tuple[tuple[Verdict, Rule], ...] = (
-    (Verdict.NONE, lambda case: _nothing(case) and case.clean and case.rise is None),
-    (Verdict.UNKNOWN, _nothing),
+    (Verdict.NONE, lambda case: _nothing_named(case) and case.clean and case.rise is None),
+    (Verdict.UNKNOWN, _nothing_named),
     (Verdict.PARTIAL, lambda case: not case.clean and _explains_some(case)),
     (Verdict.UNKNOWN, lambda case: not case.clean),
     (Verdict.PARTIAL, lambda case: case.rise is not None),
     (Verdict.NOT_OBSERVABLE, _only_iron_with_rivals),
-    (Verdict.CLASS, _may_be_one_course),
+    (Verdict.CLASS, _may_be_one_channel),
     (Verdict.COMPOSITE, lambda case: len(case.named) > 1),
-    (Verdict.NAMED, lambda case: not case.named[0].others),
+    (Verdict.NAMED, lambda case: not case.named[0].look_alikes),
     (Verdict.GENERIC, lambda case: case.noisy),
     (Verdict.CLASS, lambda case: True),
 )
-"""A name only where what is left is clean."""
+"""An effect is named only where the residual is clean."""

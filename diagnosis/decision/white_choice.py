@@ -1,4 +1,4 @@
-"""The choice of an effect: the best on held-out data, or the simplest of those as good."""
+"""Choice of an effect in white noise: the best on held-out data, or the simplest of equally good candidates."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from diagnosis.problem.linear import LinearProblem
 from scenarios.arrays import Array
 from sim.effects import BY_NAME, EFFECTS
 
-CHAIN = tuple(BY_NAME)
+CHAIN_ORDER = tuple(BY_NAME)
 
 
 @dataclass(frozen=True)
-class Accepted:
-    """An accepted effect, those that the data do not tell from it, and the evidence in nats that was needed.
+class AcceptedEffect:
+    """An accepted effect, its look-alikes, its evidence and the evidence needed, in nats.
 
-    form_of : name of another that it could stand for: it takes what that one's form leaves, and is no second cause.
+    form_of : name of an accepted effect whose form error this effect fits; such an effect is no second cause.
     """
 
     evidence: Evidence
@@ -33,64 +33,71 @@ class Accepted:
 
     @property
     def name(self) -> str:
-        """The effect's name."""
+        """Name of the effect."""
         return self.evidence.name
 
     def columns(self, problem: LinearProblem) -> Array:
-        """Its columns (n, q, k)."""
+        """Columns (n, q, k) of the effect."""
         return self.evidence.candidate.columns(problem)
 
 
 @dataclass(frozen=True)
-class Round:
-    """What a round of the loop chose, if anything, and every candidate as it was judged, the strongest first."""
+class RoundResult:
+    """Result of one round: the chosen effect, if any, and every candidate's result, the strongest first."""
 
-    chosen: Accepted | None
-    judged: tuple[CandidateResult, ...]
+    chosen: AcceptedEffect | None
+    results: tuple[CandidateResult, ...]
 
     @classmethod
-    def of(cls, chosen: Accepted | None, judged: Sequence[CandidateResult]) -> Round:
-        """A round whose candidates learn from the choice what came of them."""
+    def of(cls, chosen: AcceptedEffect | None, judged: Sequence[CandidateResult]) -> RoundResult:
+        """Build a round whose candidates carry an outcome in words."""
         name, alternatives = (chosen.name, chosen.alternatives) if chosen else (None, ())
         return cls(chosen, with_outcomes(judged, name, alternatives))
 
 
-def accepted(ranking: Sequence[Evidence], policy: Policy, *, clean: bool = True) -> Accepted | None:
-    """The one with the fewest columns of those that the data do not tell from the best, if the best is accepted.
+def accept_best(ranking: Sequence[Evidence], policy: Policy, *, clean: bool = True) -> AcceptedEffect | None:
+    """Accept the candidate with the fewest columns of all that are as good as the best, if the best has enough nats.
 
-    clean : whether white noise is left; beside a colour more is needed.
+    clean : whether the residual is white; coloured noise needs more evidence.
     """
     needed = policy.accepted(len(EFFECTS)) if clean else policy.coloured_nats
     if not ranking or ranking[0].nats <= needed:
         return None
     best = ranking[0]
-    as_good = [e for e in ranking if not e.behind(best, policy) or _is_it_too(e, best, policy)]
-    close = [e for e in as_good if e.nats > policy.apart]
-    chosen = simplest(close, policy)
-    return Accepted(chosen, instead_of(chosen, close, policy), needed)
+    as_good = [
+        evidence
+        for evidence in ranking
+        if not evidence.is_behind(best, policy) or _is_equivalent(evidence, best, policy)
+    ]
+    close = [evidence for evidence in as_good if evidence.nats > policy.apart]
+    chosen = select_simplest(close, policy)
+    return AcceptedEffect(chosen, alternatives_to(chosen, close, policy), needed)
 
 
-def instead_of(chosen: Evidence, close: Sequence[Evidence], policy: Policy) -> tuple[str, ...]:
-    """Names of others that the data do not tell from the chosen one.
+def alternatives_to(chosen: Evidence, close: Sequence[Evidence], policy: Policy) -> tuple[str, ...]:
+    """Names of effects that the data do not distinguish from the chosen effect.
 
-    What makes that one too is none of them unless it gains more than by chance: with nothing added it is the same.
+    An effect that contains the chosen one is listed only where it gains more than chance: with its extra columns at
+    zero both agree.
     """
 
-    def is_other(one: Evidence) -> bool:
-        makes_it = chosen.name in one.candidate.effect.traits.contains
-        return one.name != chosen.name and not (makes_it and not chosen.behind(one, policy))
+    def is_alternative(evidence: Evidence) -> bool:
+        contains_chosen = chosen.name in evidence.candidate.effect.traits.contains
+        return evidence.name != chosen.name and not (contains_chosen and not chosen.is_behind(evidence, policy))
 
-    return tuple(dict.fromkeys(one.name for one in close if is_other(one)))
+    return tuple(dict.fromkeys(evidence.name for evidence in close if is_alternative(evidence)))
 
 
-def beside_white_noise(ranking: Sequence[Evidence], policy: Policy) -> Round:
-    """The choice where what is left is clean."""
+def choose_white(ranking: Sequence[Evidence], policy: Policy) -> RoundResult:
+    """Choose where the residual is white."""
     needed = policy.accepted(len(EFFECTS))
-    return Round.of(accepted(ranking, policy), [CandidateResult(e, e.nats, needed, "") for e in ranking])
+    return RoundResult.of(
+        accept_best(ranking, policy), [CandidateResult(evidence, evidence.nats, needed, "") for evidence in ranking]
+    )
 
 
-class Rival(Protocol):
-    """A candidate with what it gains."""
+class ComparableCandidate(Protocol):
+    """A candidate with its gain and number of columns."""
 
     @property
     def candidate(self) -> Candidate:
@@ -98,7 +105,7 @@ class Rival(Protocol):
 
     @property
     def gain(self) -> float:
-        """Nats."""
+        """Gain in nats."""
 
     @property
     def width(self) -> int:
@@ -106,57 +113,76 @@ class Rival(Protocol):
 
     @property
     def name(self) -> str:
-        """The effect's name."""
+        """Name of the effect."""
 
     @property
-    def off_size(self) -> float:
-        """How far an effect without coefficients is from its own size."""
+    def scale_error(self) -> float:
+        """``|ln(fitted size / own size)|`` of an effect without coefficients."""
 
 
-R = TypeVar("R", bound=Rival)
+R = TypeVar("R", bound=ComparableCandidate)
 
 
-def simplest(close: Sequence[R], policy: Policy) -> R:
-    """The strongest of those with the fewest columns; of two that are one and the same, the chain's first.
+def select_simplest(close: Sequence[R], policy: Policy) -> R:
+    """The strongest of the candidates with the fewest columns; of identical candidates, the first in the chain.
 
-    Hard iron and a sensor's offset span the same columns: which of them gains more is a matter of the last bit. Others
-    say of themselves that they are the same.
+    Hard iron and sensor offset span the same columns: rounding decides which gains more. `Traits.equivalent_to`
+    states further identities.
     """
-    narrowest = min(e.width for e in close)
-    rivals = [e for e in close if e.width == narrowest]
-    best = max(rivals, key=lambda e: e.gain)
-    if kin := [e for e in rivals if are_kin(e, best)]:
-        return _of_kin(kin, policy)
-    like = best.candidate.effect.traits.equivalent_to
-    same = [e for e in rivals if e.name == like or math.isclose(e.gain, best.gain, rel_tol=policy.same_gain)]
-    return min(same, key=lambda e: CHAIN.index(e.name))
+    narrowest = min(candidate.width for candidate in close)
+    rivals = [candidate for candidate in close if candidate.width == narrowest]
+    best = max(rivals, key=lambda candidate: candidate.gain)
+    if family := [candidate for candidate in rivals if in_same_family(candidate, best)]:
+        return _select_in_family(family, policy)
+    twin = best.candidate.effect.traits.equivalent_to
+    identical = [
+        candidate
+        for candidate in rivals
+        if candidate.name == twin or math.isclose(candidate.gain, best.gain, rel_tol=policy.same_gain)
+    ]
+    return min(identical, key=lambda candidate: CHAIN_ORDER.index(candidate.name))
 
 
-def _of_kin(kin: Sequence[R], policy: Policy) -> R:
-    """The one nearest to its own size, for a low-pass taken twice is a delay; of several as good the chain's last."""
-    nearest = min(e.off_size for e in kin)
-    near = [e for e in kin if e.off_size < nearest + policy.same_size]
-    most = max(e.gain for e in near)
-    return max((e for e in near if most - e.gain < policy.apart), key=lambda e: CHAIN.index(e.name))
+def _select_in_family(family: Sequence[R], policy: Policy) -> R:
+    """The family member nearest to its own size, else the last in the chain.
+
+    Two low-passes in series resemble a delay.
+    """
+    nearest = min(candidate.scale_error for candidate in family)
+    near = [candidate for candidate in family if candidate.scale_error < nearest + policy.same_size]
+    most = max(candidate.gain for candidate in near)
+    return max(
+        (candidate for candidate in near if most - candidate.gain < policy.apart),
+        key=lambda candidate: CHAIN_ORDER.index(candidate.name),
+    )
 
 
-def by_form_alone(one: Evidence, best: Evidence, share: float) -> bool:
-    """Whether the best is of its kin or makes it too, and gains no more beyond it than a share, an error of form."""
-    near = are_kin(one, best) or one.name in best.candidate.effect.traits.contains
-    return near and one.gain > (1 - share) * best.gain
+def differs_by_form(candidate: Evidence, best: Evidence, share: float) -> bool:
+    """Whether the best is of the candidate's family, or contains the candidate, and gains only a form error more."""
+    near = in_same_family(candidate, best) or candidate.name in best.candidate.effect.traits.contains
+    return near and candidate.gain > (1 - share) * best.gain
 
 
-def of_one_course(one: Evidence, best: Evidence, policy: Policy) -> bool:
-    """Whether the best is a slow offset in time, and one that a channel drives adds nearly as much in its place."""
-    driven = may_drive(one.candidate.effect, best.candidate.effect)
-    return driven and one.strength > policy.one_course * best.strength
+def is_channel_equivalent(candidate: Evidence, best: Evidence, policy: Policy) -> bool:
+    """Whether the best drifts slowly in time and a candidate driven by a channel adds nearly as much in its place."""
+    is_driven = may_drive(candidate.candidate.effect, best.candidate.effect)
+    return is_driven and candidate.strength > policy.one_course * best.strength
 
 
-def _is_it_too(one: Evidence, best: Evidence, policy: Policy) -> bool:
-    return by_form_alone(one, best, policy.same_kin) or of_one_course(one, best, policy)
+def _is_equivalent(candidate: Evidence, best: Evidence, policy: Policy) -> bool:
+    return differs_by_form(candidate, best, policy.same_family) or is_channel_equivalent(candidate, best, policy)
 
 
-def are_kin(one: Rival, other: Rival) -> bool:
-    """Whether two effects are the same to first order."""
-    kin = one.candidate.effect.traits.family
-    return bool(kin) and kin == other.candidate.effect.traits.family
+def in_same_family(first: ComparableCandidate, second: ComparableCandidate) -> bool:
+    """Whether two effects agree to first order."""
+    family = first.candidate.effect.traits.family
+    return bool(family) and family == second.candidate.effect.traits.family
+
+
+def is_form_by_size(strength: float, alone: float, first: float, policy: Policy, *, same: bool) -> bool:
+    """Whether an effect is small enough for a form error of the first effect, given its strength alone.
+
+    same : whether the effect was accepted before. A size far below that alone shows resemblance to accepted effects.
+    """
+    resembles = strength < policy.shrunk_form * alone
+    return strength < (policy.same_form_share if same or resembles else policy.form_share) * first

@@ -1,1 +1,1 @@
-"""What the data say of a candidate: numbers, no verdicts."""
+"""Statistics of candidates and residuals, computed from the data; verdicts are drawn in `decision`."""

@@ -1,4 +1,4 @@
-"""When the gap is large: parts of the recording in which its size is steady, each with phase and heading."""
+"""Segmentation of a recording into parts of steady residual power, each with its flight phase and heading."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ NORMAL_MAD = 1.4826
 
 @dataclass(frozen=True)
 class ActivePart:
-    """A stretch of time in s of the run: its share of the run, its phases, and its heading where that is steady."""
+    """A time interval of the recording in s: share of the samples, flight phases, and the heading where steady."""
 
     from_s: float
     to_s: float
@@ -31,7 +31,7 @@ class ActivePart:
 
     @classmethod
     def of(cls, problem: LinearProblem, from_s: float, to_s: float) -> ActivePart:
-        """What is known of a stretch of a recording."""
+        """The interval from `from_s` to `to_s` with phase and heading of the recording."""
         time_s = problem.state.time_s
         inside = (time_s >= from_s) & (time_s < to_s)
         share = float(inside.mean())
@@ -46,18 +46,19 @@ class ActivePart:
 
 
 @dataclass(frozen=True)
-class Part:
-    """A stretch and the gap's rms in it, in nT and in units of the noise."""
+class GapPart:
+    """A part of the recording with the rms of the gap in nT and in units of the noise."""
 
     stretch: ActivePart
     rms_nT: float
     rms_sigma: float
 
 
-def parts_of(problem: LinearProblem, residual: Array) -> tuple[Part, ...]:
-    """The recording in parts between which the size of a residual (n, q), in units of the noise, changes.
+def split_by_power(problem: LinearProblem, residual: Array) -> tuple[GapPart, ...]:
+    """Split a recording at changes of the residual's power; residual (n, q) in units of the noise.
 
-    Least squares of the log power of cells with a price for each part; the cells' noise is read from neighbours.
+    ``min sum_parts sum_cells (ln P - mean)^2 / noise^2 + price ln m`` over m cells, P the mean square of a cell; the
+    noise of ``ln P`` is the scatter of neighbouring cells.
     """
     n, policy = len(residual), problem.policy
     edges = np.unique(np.linspace(0, n, policy.part_cells + 1).astype(np.int64))
@@ -75,25 +76,25 @@ def parts_of(problem: LinearProblem, residual: Array) -> tuple[Part, ...]:
     )
 
 
-def largest(parts: tuple[Part, ...], policy: Policy) -> Part | None:
-    """The part in which the gap is largest, if it is far larger there than in the rest and takes a part of the run."""
+def largest_part(parts: tuple[GapPart, ...], policy: Policy) -> GapPart | None:
+    """The part with the largest gap, if far larger than the gap of the remaining parts; else None."""
     if len(parts) < 2:
         return None
-    most = max(parts, key=lambda one: one.rms_sigma)
-    others = [one for one in parts if one is not most]
-    weight = np.array([one.stretch.share for one in others])
-    excess = np.array([one.rms_sigma**2 - 1 for one in others])
-    rest = float(weight @ excess) / max(float(weight.sum()), 1e-9)
-    return most if most.rms_sigma**2 - 1 > policy.far_larger * max(rest, policy.least_held_excess) else None
+    most = max(parts, key=lambda part: part.rms_sigma)
+    others = [part for part in parts if part is not most]
+    weight = np.array([part.stretch.share for part in others])
+    excess = np.array([part.rms_sigma**2 - 1 for part in others])
+    elsewhere = float(weight @ excess) / max(float(weight.sum()), 1e-9)
+    return most if most.rms_sigma**2 - 1 > policy.far_larger * max(elsewhere, policy.least_held_excess) else None
 
 
-def _part(problem: LinearProblem, residual: Array, a: int, b: int, stretch: ActivePart) -> Part:
+def _part(problem: LinearProblem, residual: Array, a: int, b: int, stretch: ActivePart) -> GapPart:
     some = residual[a:b][problem.usable[a:b] > 0]
-    return Part(stretch, rms(some * problem.sigma_nT), rms(some))
+    return GapPart(stretch, rms(some * problem.sigma_nT), rms(some))
 
 
 def _cuts(log_power: Array, policy: Policy) -> Places:
-    """Cells (c,) before which a new part begins: the cheapest partition, by dynamic programming."""
+    """First cells (c,) of the parts after the first: the cheapest partition, by dynamic programming."""
     m = len(log_power)
     noise = max(NORMAL_MAD * float(np.median(np.abs(np.diff(log_power)))) / np.sqrt(2), 1e-6)
     first, second = (np.concatenate([[0.0], np.cumsum((log_power / noise) ** k)]) for k in (1, 2))
@@ -110,7 +111,7 @@ def _cuts(log_power: Array, policy: Policy) -> Places:
 
 
 def _traced(before: Places) -> Places:
-    """Where the parts begin (c,), from the beginning of the last part of each length."""
+    """First cells (c,) of the parts, from the start `before` (m + 1,) of the last part of each prefix."""
     cuts: list[int] = []
     at = int(before[-1])
     while at > 0:
@@ -120,7 +121,7 @@ def _traced(before: Places) -> Places:
 
 
 def _phase(problem: LinearProblem, inside: NDArray[np.bool_]) -> str | None:
-    """The phases that make up a tenth of a stretch and more, in their order."""
+    """Phases that cover at least `phase_share` of the samples, in order of time."""
     phase = problem.recording.phase
     if phase is None or not inside.any():
         return None
@@ -130,7 +131,7 @@ def _phase(problem: LinearProblem, inside: NDArray[np.bool_]) -> str | None:
 
 
 def _heading_deg(problem: LinearProblem, inside: NDArray[np.bool_]) -> float | None:
-    """The compass heading of a stretch whose x axis hardly turns, None without attitude or on a turn."""
+    """Compass heading of the mean x axis; None without attitude or while the vehicle turns."""
     if problem.recording.att_q is None or not inside.any():
         return None
     ahead = problem.state.R_wb[inside][:, :2, 0].mean(axis=0)

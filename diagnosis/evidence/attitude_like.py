@@ -1,12 +1,12 @@
-"""A field that an error of the attitude makes as well: across the field it has all that it turns, along it nothing."""
+"""Field effects that a slowly changing attitude error, which acts across the field only, explains as well."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from diagnosis.evidence.baseline import Baseline
-from diagnosis.evidence.candidate_test import gains_along_the_field
-from diagnosis.library.candidates import Candidate
+from diagnosis.evidence.candidate_test import explains_along_field
+from diagnosis.library.candidates import Candidate, attitude_turns
 from diagnosis.problem.linear import LinearProblem
 from scenarios.arrays import Array
 from sim.effects import EFFECTS
@@ -15,27 +15,28 @@ from sim.effects.channels import HIGHEST
 TURNS = {
     name for effect in EFFECTS if effect.traits.attitude_error for name in (effect.name, effect.traits.equivalent_to)
 }
-"""Effects that are an error of the attitude, and those that do the same on every motion."""
+"""Names of the attitude errors, and of the effects equal to them on every motion."""
 
 
-def an_attitude_does_as_well(ground: Baseline, with_it: Baseline, one: Candidate) -> bool:
-    """Whether a turn that changes smoothly in the run explains as much of what a ground leaves as a field of its own.
+def attitude_explains_as_much(baseline: Baseline, with_it: Baseline, candidate: Candidate) -> bool:
+    """Whether a smooth attitude error explains as much of the baseline's residual as a candidate field.
 
-    The turn's columns times ``x^j``, x the time from 0 to 1, against the field's, on held-out segments. None is asked
-    where the field shows along the earth's, or without attitude. with_it : the ground with the field in.
+    Columns ``T x^j``, T the columns of a small turn and x the time from 0 to 1, against the candidate's columns, on
+    held-out segments. False without attitude, for candidates without a field of their own, and for candidates that gain
+    along the Earth's field. with_it : the baseline with the candidate accepted.
     """
-    problem = ground.problem
-    if not one.effect.traits.field_source or problem.mode != "vector" or problem.relative:
+    problem = baseline.problem
+    if not candidate.effect.traits.field_source or problem.mode != "vector" or problem.relative:
         return False
-    if gains_along_the_field(ground, with_it, one.tried):
+    if explains_along_field(baseline, with_it, candidate.tried):
         return False
-    turned = ground.evidence_of(_turning(problem))
-    return turned > ground.evidence_of(one.columns(problem)) - problem.policy.apart
+    turned = baseline.evidence_of(_turning(problem))
+    return turned > baseline.evidence_of(candidate.columns(problem)) - problem.policy.apart
 
 
 def _turning(problem: LinearProblem) -> Array:
-    """Columns (n, q, k) of constant turns, and of turns that grow with the powers of time."""
+    """Columns (n, q, k) of turns that are constant or grow with a power of time."""
     time_s = problem.state.time_s
     x = (time_s - time_s[0]) / (time_s[-1] - time_s[0])
-    turns = [Candidate(effect).columns(problem) for effect in EFFECTS if effect.traits.attitude_error]
-    return np.concatenate([turn * (x**j)[:, None, None] for j in range(HIGHEST + 1) for turn in turns], axis=2)
+    turns = attitude_turns(problem)
+    return np.concatenate([turns * (x**j)[:, None, None] for j in range(HIGHEST + 1)], axis=2)

@@ -1,4 +1,4 @@
-"""The ground on which candidates are judged: a problem in blocks, with the effects already in."""
+"""The baseline that a candidate must beat: a problem cut into blocks, with the columns of the accepted effects."""
 
 from __future__ import annotations
 
@@ -10,75 +10,78 @@ from functools import reduce
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.problem.blocks import Cut, Sums, fit, held_out, inflation, joined, squares, sums
+from diagnosis.problem.blocks import Cut, Sums, extend_sums, fit, held_out_folds, inflation, squares, sums
 from diagnosis.problem.linear import LinearProblem
 from scenarios.arrays import Array
 
 
 @dataclass(frozen=True)
 class Baseline:
-    """A problem cut into blocks, with the columns (n, q, k) of each effect already in, and the sums of all.
+    """A problem cut into blocks, the columns (n, q, k) of each accepted effect, and the sums of all columns.
 
-    Grounds share the columns: of ten hours they are the largest part of what is held.
+    Baselines share the column arrays, which are the largest part of memory for a recording of ten hours.
     """
 
     problem: LinearProblem
     cut: Cut
-    inside: tuple[Array, ...]
+    accepted_columns: tuple[Array, ...]
     sums: Sums
 
     @classmethod
     def of(cls, problem: LinearProblem, several: Iterable[Array] = ()) -> Baseline:
-        """The ground with the columns (n, q, k) of each effect already in, none at first."""
+        """The baseline of a problem with the columns (n, q, k) of several effects accepted; none by default."""
         (n, q), policy = problem.target.shape, problem.policy
         cut = Cut.of(n, problem.state.interval_s, policy)
         bare = sums(cut, problem.base, np.zeros((n, q, 0)), problem.target, problem.usable)
         return cls(problem, cut, (), bare).with_all(several)
 
     @property
-    def everything(self) -> NDArray[np.bool_]:
-        """All folds (f,)."""
-        return self.sums.everything
+    def all_folds(self) -> NDArray[np.bool_]:
+        """Mask (f,) of all folds."""
+        return self.sums.all_folds
 
     @property
     def splits(self) -> list[NDArray[np.bool_]]:
-        """The folds (f,) that each split holds out."""
-        return list(held_out(self.problem.policy))
+        """Masks (f,) of the folds that each split holds out."""
+        return list(held_out_folds(self.problem.policy))
 
     @property
     def squares(self) -> float:
-        """Squares that the base and the effects already in leave, in units of the noise."""
-        return squares(self.sums, fit(self.sums, self.everything), self.everything)
+        """Sum of squared residuals of the base and the accepted effects, in units of the noise."""
+        return squares(self.sums, fit(self.sums, self.all_folds), self.all_folds)
 
     def residual(self, use: NDArray[np.bool_] | None = None) -> Array:
-        """What the base and the effects already in leave (n, q), in units of the noise; fitted to the folds `use`."""
-        f = fit(self.sums, self.everything if use is None else use)
-        ends = np.cumsum([one.shape[2] for one in self.inside])[:-1]
-        left = self.problem.target - (self.problem.base @ f.beta).reshape(self.problem.target.shape)
-        for columns, c in zip(self.inside, np.split(f.c, ends), strict=False):
-            left -= columns @ c
-        return np.asarray(left * self.problem.usable[:, None])
+        """Residual (n, q) of base and accepted effects over the noise, fitted to the folds `use` (f,)."""
+        f = fit(self.sums, self.all_folds if use is None else use)
+        ends = np.cumsum([columns_of.shape[2] for columns_of in self.accepted_columns])[:-1]
+        residual = self.problem.target - (self.problem.base @ f.beta).reshape(self.problem.target.shape)
+        for columns, c in zip(self.accepted_columns, np.split(f.c, ends), strict=False):
+            residual -= columns @ c
+        return np.asarray(residual * self.problem.usable[:, None])
 
-    def beside(self, columns: Array) -> Baseline:
-        """The ground with further columns (n, q, k) in."""
-        return replace(self, inside=(*self.inside, columns), sums=self.joined(columns))
+    def with_columns(self, columns: Array) -> Baseline:
+        """The baseline with further columns (n, q, k) accepted."""
+        return replace(self, accepted_columns=(*self.accepted_columns, columns), sums=self.sums_with(columns))
 
     def with_all(self, several: Iterable[Array]) -> Baseline:
-        """The ground with the columns (n, q, k) of several effects in, in their order."""
-        return reduce(Baseline.beside, several, self)
+        """The baseline with the columns (n, q, k) of several effects accepted, in their order."""
+        return reduce(Baseline.with_columns, several, self)
 
-    def joined(self, columns: Array) -> Sums:
-        """Sums of the effects already in and further columns (n, q, k), which are not kept."""
-        return joined(self.sums, self.cut, self.problem.base, self.inside, columns, self.problem.target)
+    def sums_with(self, columns: Array) -> Sums:
+        """Sums of the accepted columns and of further columns (n, q, k); the further columns are not stored."""
+        return extend_sums(self.sums, self.cut, self.problem.base, self.accepted_columns, columns, self.problem.target)
 
-    def held_samples(self) -> NDArray[np.bool_]:
-        """The samples (n,) that the first split holds out, in segments short enough to show what is in.
+    def held_out_samples(self) -> NDArray[np.bool_]:
+        """Mask (n,) of the samples that the first split holds out.
 
-        An event that lies in one segment would be trained on whole, or held out whole: segments are halved until those
-        held out have `least_held` of the power of every column that is in.
+        Segments are halved until the held-out samples have between `least_held` and 1 - `least_held` of the power of
+        every accepted column: an event within a single segment would be wholly in the training data, or wholly held
+        out.
         """
         policy, n = self.problem.policy, len(self.problem.recording)
-        power = np.concatenate([np.zeros((n, 0)), *((one**2).sum(axis=1) for one in self.inside)], axis=1)
+        power = np.concatenate(
+            [np.zeros((n, 0)), *((columns**2).sum(axis=1) for columns in self.accepted_columns)], axis=1
+        )
         power = power[:, power.any(axis=0)]
         length = self.cut.length * policy.segment_blocks
         while True:
@@ -90,26 +93,28 @@ class Baseline:
             length //= 2
 
     def mean_gain(self, gains: list[float]) -> float:
-        """Nats of the whole record from the gains on each split: every sample is held out `held_segments` times."""
+        """Nats of the whole recording from the gains on each split; every sample is held out `held_segments` times."""
         return sum(gains) / self.problem.policy.held_segments
 
     def evidence_of(self, columns: Array) -> float:
-        """Evidence D of columns (n, q, k) that belong to no effect: nats on held-out segments over the inflation."""
-        return self.evidence_in(self.joined(columns))
+        """Evidence ``D = [ll_held(M + c) - ll_held(M)] / V`` in nats of columns c (n, q, k) beside the baseline M."""
+        return self.evidence_in(self.sums_with(columns))
 
     def evidence_on_all(self, columns: Array) -> float:
-        """Evidence of columns (n, q, k) on all blocks: of what acts where data held out do not determine it."""
-        joint, k = self.joined(columns), columns.shape[2]
-        whole = fit(joint, self.everything)
+        """Evidence in nats of columns (n, q, k) on all blocks, where training folds do not determine the
+        coefficients.
+        """
+        joint, k = self.sums_with(columns), columns.shape[2]
+        whole = fit(joint, self.all_folds)
         V = inflation(joint, whole, self.problem.policy)
-        return nats_on_all(self.squares - squares(joint, whole, self.everything), V, k, len(joint.count))
+        return nats_on_all(self.squares - squares(joint, whole, self.all_folds), V, k, len(joint.count))
 
     def evidence_in(self, joint: Sums) -> float:
-        """The same of what is in the sums beside what is in the ground."""
-        return self.held_gain(joint) / inflation(joint, fit(joint, self.everything), self.problem.policy)
+        """Evidence in nats of the columns that the sums hold beyond the baseline's."""
+        return self.held_out_gain(joint) / inflation(joint, fit(joint, self.all_folds), self.problem.policy)
 
-    def held_gain(self, joint: Sums) -> float:
-        """Nats on held-out segments of what is in the sums beside what is in the ground."""
+    def held_out_gain(self, joint: Sums) -> float:
+        """Nats on held-out segments, before the inflation, of the columns that the sums hold beyond the baseline's."""
         gains = [
             (squares(self.sums, fit(self.sums, ~held), held) - squares(joint, fit(joint, ~held), held)) / 2
             for held in self.splits
@@ -118,14 +123,14 @@ class Baseline:
 
 
 IsClean = Callable[[Baseline, str], bool]
-"""(ground with an effect in, its name) -> whether what is left is white."""
+"""(baseline with an effect accepted, name of the effect) -> whether the residual is white."""
 
 
 def nats_on_all(fewer_squares: float, V: float, k: int, m: int) -> float:
-    """Nats ``fewer / 2 / V - k / 2 ln m`` of k columns that leave fewer squares of all m blocks, inflated by V."""
+    """``dS / 2 / V - k / 2 ln m`` nats: k columns that reduce the squares of all m blocks by dS, V the inflation."""
     return fewer_squares / 2 / V - k * math.log(m) / 2
 
 
 def added_share(start: Baseline, before: Baseline, squares: float) -> float:
-    """Share of the first gap that ordinary least squares explain beside what is in before, where they leave squares."""
+    """Share of the gap of `start` that a fit with some remaining squares explains beyond `before`."""
     return (before.squares - squares) / max(start.squares - start.problem.target.size, 1e-9)

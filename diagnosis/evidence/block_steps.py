@@ -1,4 +1,4 @@
-"""The course of a slow disturbance as steps between block means: exact likelihood and innovations under a spectrum."""
+"""Exact likelihood and innovations of a slow disturbance under a given spectrum, from steps between block means."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from diagnosis.problem.blocks import Cut
 from scenarios.arrays import Array
 
 LOG_SIZES = (-14.0, 14.0)
-"""Logarithms between which the size of a slow noise is looked for, over the size of the white noise's power."""
+"""Range of the logarithm of the slow noise's size over the power of the white noise, in the search."""
 Density = Callable[[Array], Array]
 
 
@@ -28,7 +28,7 @@ class Steps:
 
     @classmethod
     def of(cls, residual: Array, interval_s: float, policy: Policy) -> Steps:
-        """The steps of a residual (n, q): blocks of `step_s`, shorter or longer where there were too few or many."""
+        """Steps of a residual (n, q) between blocks of `step_s`, adapted to give `least_steps` to `most_steps`."""
         n = len(residual)
         length = max(1, min(round(policy.step_s / interval_s), n // policy.least_steps), n // policy.most_steps)
         return cls(np.diff(Cut(length, n // length).means(residual), axis=0), length * interval_s)
@@ -49,7 +49,7 @@ class Steps:
 
 
 def _axis(steps: Array, white: Array, slow: Array) -> tuple[float, float, Array]:
-    """Log-likelihood, size and innovations of one axis."""
+    """Log-likelihood, size and innovations (n,) of one axis."""
     if not slow.any():
         score, z = _likelihood(steps, white)
         return score, 0.0, z
@@ -69,8 +69,8 @@ def _likelihood(steps: Array, row: Array) -> tuple[float, Array]:
     return float(-np.log(np.diag(factor)).sum() - (z**2).sum() / 2), z
 
 
-def drawn_at_random(innovations: Array, policy: Policy) -> bool:
-    """Whether innovations (n, q) have no lone jump, no steady course and no slow swing that stands out."""
+def is_random(innovations: Array, policy: Policy) -> bool:
+    """Whether innovations (n, q) have no isolated jump, no steady trend and no significant slow oscillation."""
     z = innovations / innovations.std(axis=0)
     n, q = z.shape
     beyond = np.concatenate([np.zeros((1, q)), np.cumsum(z, axis=0)])

@@ -1,4 +1,4 @@
-"""Wrong values that come some in a row: far from what is about them, for a few samples, and back."""
+"""Bursts: wrong values in a few consecutive samples, far from the median of their neighbourhood."""
 
 from __future__ import annotations
 
@@ -15,12 +15,13 @@ from scenarios.arrays import Array
 Mask = NDArray[np.bool_]
 
 
-def highest_of_bursts(problem: LinearProblem, left_nT: Array) -> Mask:
-    """The highest value (n, 3) of every burst in what the base leaves (n, 3), or in the strength without attitude.
+def find_burst_peaks(problem: LinearProblem, left_nT: Array) -> Mask:
+    """Mask (n, 3) of the highest value of every burst in the base's residual (n, 3), or in the strength.
 
-    A burst lasts two samples to `most_burst`, each `burst_sigma` from the median about it, where the rest is quiet: a
-    body that is passed, or a base that does not fit, is none. One that the strength shows, where no turn does, may last
-    one sample, not between pauses; without attitude the axis is the one that is farthest from the line across it.
+    A burst lasts 2 to `most_burst` samples, each `burst_sigma` from the local median while the median of the deviations
+    is small: a passed body, or a base that does not fit, is no burst. A deviation of the strength, which no turn
+    causes, may last one sample unless next to a pause. Without attitude the affected axis is the axis farthest from the
+    line between the ends of the burst.
     """
     found, policy = np.zeros(left_nT.shape, bool), problem.policy
     by_strength = problem.mode == "strength"
@@ -39,16 +40,16 @@ def highest_of_bursts(problem: LinearProblem, left_nT: Array) -> Mask:
 
 
 def _off_strength(problem: LinearProblem, left_nT: Array) -> Mask:
-    """Samples (n,) whose strength stands out of what the base leaves (n, 3); none where no attitude is compared."""
-    if not problem.sees_across:
+    """Mask (n,) of outliers of the strength in the base's residual (n, 3); empty without a compared attitude."""
+    if not problem.compares_across:
         return np.zeros(len(left_nT), bool)
-    along = problem.sees_along
+    along = problem.field_projection
     seen = (along * left_nT).sum(axis=1) / np.linalg.norm(along * problem.sigma_nT, axis=1)
     return _far(seen[:, None], problem.policy)[0][:, 0]
 
 
 def _far(seen: Array, policy: Policy) -> tuple[Mask, Array]:
-    """Where (n, q) stands out from a quiet rest, and how far it is from the median about it."""
+    """Outliers (n, q) among quiet neighbours, and the distance of each value from the local median."""
     size = (policy.burst_median, 1)
     off = np.abs(seen - median_filter(seen, size=size, mode="nearest"))
     quiet = median_filter(off, size=size, mode="nearest") < policy.quiet_sigma
@@ -56,7 +57,7 @@ def _far(seen: Array, policy: Policy) -> tuple[Mask, Array]:
 
 
 def _runs(seen: Array, policy: Policy) -> Iterator[tuple[int, int, int, int]]:
-    """Column, first sample, end and highest sample of every run of (n, q) that stands out from a quiet rest."""
+    """Column, first sample, end and highest sample of every run of outliers in (n, q)."""
     stands_out, off = _far(seen, policy)
     for column, far in enumerate(stands_out.T):
         edges = np.flatnonzero(np.diff(np.concatenate([[0], far.astype(np.int8), [0]])))
@@ -65,7 +66,7 @@ def _runs(seen: Array, policy: Policy) -> Iterator[tuple[int, int, int, int]]:
 
 
 def _farthest(mag_nT: Array, first: int, end: int, at: int) -> int:
-    """The axis of values (n, 3) that is farthest at a sample from the line across samples `first` to `end`."""
+    """Axis of values (n, 3) that is farthest, at sample `at`, from the line across samples `first` to `end`."""
     ends = np.clip([first - 1, end], 0, len(mag_nT) - 1)
     share = (at - ends[0]) / max(ends[1] - ends[0], 1)
     line = mag_nT[ends[0]] + share * (mag_nT[ends[1]] - mag_nT[ends[0]])

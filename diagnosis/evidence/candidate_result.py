@@ -1,4 +1,4 @@
-"""A candidate as it was judged in a round: its evidence, what was needed, and what came of it."""
+"""Result of a candidate in one round of the selection: evidence, evidence needed, outcome."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from dataclasses import dataclass, replace
 from diagnosis.evidence.held_out import Evidence
 
 NAMED, BEHIND, TOO_LITTLE = "named", "explains less", "below what is needed"
-NOT_TOLD, AND_NO_MORE = "not told from", "and no more"
-TAKEN_BACK, SMALL_SHARE = "not believed: ", "all names together explain too little of the gap"
+INDISTINGUISHABLE, HARDLY_MORE = "cannot be distinguished from", "explains little more than"
+WITHDRAWN, SMALL_SHARE = "withdrawn: ", "the named effects together explain too little of the gap"
 
 
 @dataclass(frozen=True)
 class CandidateResult:
-    """A candidate with its evidence and the evidence needed, in nats beside the rest that the round judged by.
+    """A candidate with its evidence and the evidence needed in nats, under the noise model of the round.
 
-    outcome : what came of it, in words.
+    outcome : the result in words.
     """
 
     evidence: Evidence
@@ -26,30 +26,35 @@ class CandidateResult:
 
     @property
     def name(self) -> str:
-        """The effect's name."""
+        """Name of the effect."""
         return self.evidence.name
 
 
 def with_outcomes(
-    judged: Sequence[CandidateResult], named: str | None, alternatives: Sequence[str]
+    results: Sequence[CandidateResult], named: str | None, alternatives: Sequence[str]
 ) -> tuple[CandidateResult, ...]:
-    """Candidates, the strongest first, with what the choice of one of them says of each that has no outcome yet."""
+    """Candidates, strongest first, each with the outcome that follows from the choice of `named`."""
 
-    def outcome(one: CandidateResult) -> str:
-        if one.name == named:
+    def outcome(result: CandidateResult) -> str:
+        if result.name == named:
             return NAMED
-        if one.name in alternatives:
-            return f"{NOT_TOLD} {named}"
-        if one.outcome or one.nats <= one.needed:
-            return one.outcome or TOO_LITTLE
-        return f"{named} {AND_NO_MORE}" if named in one.evidence.candidate.effect.traits.contains else BEHIND
+        if result.name in alternatives:
+            return f"{INDISTINGUISHABLE} {named}"
+        if result.outcome or result.nats <= result.needed:
+            return result.outcome or TOO_LITTLE
+        return f"{HARDLY_MORE} {named}" if named in result.evidence.candidate.effect.traits.contains else BEHIND
 
-    return tuple(sorted((replace(one, outcome=outcome(one)) for one in judged), key=lambda one: -one.nats))
+    return tuple(
+        sorted((replace(result, outcome=outcome(result)) for result in results), key=lambda result: -result.nats)
+    )
 
 
-def taken_back(judged: Sequence[CandidateResult], doubts: Sequence[str]) -> tuple[CandidateResult, ...]:
-    """The same where no name is believed in the end, for a doubt or because they explain too little."""
-    why = TAKEN_BACK + ("; ".join(doubts) or SMALL_SHARE)
-    names = {one.name for one in judged if one.outcome == NAMED}
-    alike = {f"{NOT_TOLD} {name}" for name in names}
-    return tuple(replace(one, outcome=why) if one.name in names or one.outcome in alike else one for one in judged)
+def withdraw_names(results: Sequence[CandidateResult], doubts: Sequence[str]) -> tuple[CandidateResult, ...]:
+    """Candidates with the outcome of every name withdrawn, for doubts or because the names explain too little."""
+    why = WITHDRAWN + ("; ".join(doubts) or SMALL_SHARE)
+    names = {result.name for result in results if result.outcome == NAMED}
+    alike = {f"{INDISTINGUISHABLE} {name}" for name in names}
+    return tuple(
+        replace(result, outcome=why) if result.name in names or result.outcome in alike else result
+        for result in results
+    )

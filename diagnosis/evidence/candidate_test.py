@@ -1,4 +1,4 @@
-"""Which candidate stands: it beats the same base beside a rest of its own colour, by more than its surrogates do."""
+"""Likelihood-ratio test of a candidate with its own noise model, against the baseline and time-shifted surrogates."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.binned_rows import BinnedRows
 from diagnosis.evidence.held_out import Evidence, search_price
-from diagnosis.evidence.hypothesis import Hypothesis, gains, informations, white
+from diagnosis.evidence.hypothesis import Hypothesis, in_sample_gains, information_matrices, white_noise_model
 from diagnosis.library.candidates import Candidate
 from diagnosis.problem.blocks import Cut
 from diagnosis.problem.linear import LinearProblem
@@ -20,9 +20,9 @@ from scenarios.arrays import Array
 
 @dataclass(frozen=True, eq=False)
 class CandidateFit:
-    """A candidate beside a rest of its own: its columns (n, q, k) in rows, and nats that it gains on their folds.
+    """A candidate fitted with its own noise model: columns (n, q, k) in rows, and the gain in nats on held-out folds.
 
-    within : those of them that it gains between the samples of a row.
+    within : the part of the gain that comes from samples within the rows.
     """
 
     evidence: Evidence
@@ -35,88 +35,104 @@ class CandidateFit:
 
 @dataclass(frozen=True, eq=False)
 class ColouredBaseline:
-    """The rows of a ground with the effects already in, and the hypothesis that they are all."""
+    """Rows of a baseline, accepted columns (n, q, k), and the null hypothesis of the accepted effects alone."""
 
     rows: BinnedRows
-    inside: Array
-    poorer: Hypothesis
+    accepted_columns: Array
+    hypothesis: Hypothesis
 
     @classmethod
-    def of(cls, problem: LinearProblem, inside: Sequence[Array]) -> ColouredBaseline:
-        """The rows of a problem, with the columns (N, q, k) of effects in."""
+    def of(cls, problem: LinearProblem, accepted_columns: Sequence[Array]) -> ColouredBaseline:
+        """The coloured baseline of a problem with the columns (N, q, k) of several effects accepted."""
         state, sigma = problem.state, problem.sigma_nT
-        sight = None if problem.sight is None else problem.sight * (sigma[0] / sigma)[:, None]
-        rows = BinnedRows.of(state.time_s, problem.usable, problem.base, problem.target, problem.policy, sight)
-        return cls.in_rows(rows, rows.all_taken(inside))
+        output_axes = None if problem.output_axes is None else problem.output_axes * (sigma[0] / sigma)[:, None]
+        rows = BinnedRows.of(state.time_s, problem.usable, problem.base, problem.target, problem.policy, output_axes)
+        return cls.in_rows(rows, rows.bin_groups(accepted_columns))
 
     @classmethod
-    def in_rows(cls, rows: BinnedRows, inside: Array) -> ColouredBaseline:
-        """The same with rows that are there, inside (n, q, k).
+    def in_rows(cls, rows: BinnedRows, accepted_columns: Array) -> ColouredBaseline:
+        """The coloured baseline of given rows with accepted columns (n, q, k).
 
-        The rest is found again from itself: least squares give the base a part of a walk, and what they leave of it is
-        another rest, beside which a drift would stand.
+        The noise model is fitted twice, the second time from the first: ordinary least squares absorb a part of a
+        random walk into the base, and the residual of such a fit has a different noise model, under which a drift would
+        appear significant.
         """
-        first = Hypothesis.of(rows, inside, (white(rows.target.shape[1]),))
-        again = Hypothesis.of(rows, inside, (first.rest,))
-        return cls(rows, inside, max(first, again, key=lambda one: one.whole))
+        first = Hypothesis.of(rows, accepted_columns, (white_noise_model(rows.target.shape[1]),))
+        again = Hypothesis.of(rows, accepted_columns, (first.noise_model,))
+        return cls(rows, accepted_columns, max(first, again, key=lambda hypothesis: hypothesis.log_likelihood))
 
-    def joined(self, columns: Array) -> Array:
-        """Columns (n, q, k) after those of the effects already in."""
-        return np.concatenate([self.inside, columns], axis=2)
+    def columns_with(self, columns: Array) -> Array:
+        """Columns (n, q, k) of the accepted effects and further columns, side by side."""
+        return np.concatenate([self.accepted_columns, columns], axis=2)
 
-    def roughly(self, several: Sequence[Array]) -> Array:
-        """Nats (m,) that groups of columns gain beside the rest as it is without them: no more than a first look."""
+    def screening_gains(self, several: Sequence[Array]) -> Array:
+        """Approximate nats (m,) that groups of columns gain under the noise model of the null hypothesis."""
         width = np.array([columns.shape[2] for columns in several])
-        return np.asarray(gains(self.rows, self.inside, several, self.poorer.rest) - width)
+        return np.asarray(
+            in_sample_gains(self.rows, self.accepted_columns, several, self.hypothesis.noise_model) - width
+        )
 
-    def standing(self, evidence: Evidence, columns: Array, within: float = 0.0) -> CandidateFit:
-        """A candidate's evidence beside a rest of its own, less the price of its search; `within`: nats within rows.
+    def fit_candidate(self, evidence: Evidence, columns: Array, within: float = 0.0) -> CandidateFit:
+        """Fit a candidate with its own noise model: held-out gain plus nats `within` rows, less the search price.
 
-        Without it the rest is the likelier of the poorer hypothesis' and the candidate's own.
+        The null hypothesis uses the likelier of two noise models, its own and the candidate's.
         """
-        both, rows = self.joined(columns), self.rows.showing(columns)
-        richer = Hypothesis.of(rows, both, (self.poorer.rest, white(both.shape[1])))
+        both, rows = self.columns_with(columns), self.rows.refine_folds(columns)
+        richer = Hypothesis.of(rows, both, (self.hypothesis.noise_model, white_noise_model(both.shape[1])))
         price = search_price(evidence.candidate.tried, evidence.width, rows.policy)
-        poorer = self.poorer if rows is self.rows else Hypothesis.given(rows, self.inside, self.poorer.rest)
-        same = Hypothesis.given(rows, self.inside, richer.rest)
-        gain = richer.held - max(poorer.held, same.held) + within - price
+        poorer = (
+            self.hypothesis
+            if rows is self.rows
+            else Hypothesis.with_noise_model(rows, self.accepted_columns, self.hypothesis.noise_model)
+        )
+        same = Hypothesis.with_noise_model(rows, self.accepted_columns, richer.noise_model)
+        gain = (
+            richer.held_out_log_likelihood
+            - max(poorer.held_out_log_likelihood, same.held_out_log_likelihood)
+            + within
+            - price
+        )
         return CandidateFit(evidence, columns, rows, richer, gain, within)
 
-    def surrogates(self, one: CandidateFit, problem: LinearProblem) -> Array:
-        """Nats that a candidate's columns, moved in time, gain in sample from what it leaves."""
-        moved = moved_in_time(one.evidence.candidate, problem, self.rows)
-        return gains(*self._without_effect(one.columns, one.hypothesis), moved, one.hypothesis.rest)
+    def surrogate_gains(self, candidate: CandidateFit, problem: LinearProblem) -> Array:
+        """Nats (m,) that time-shifted columns of a candidate gain in sample from the candidate's residual."""
+        moved = surrogate_columns(candidate.evidence.candidate, problem, self.rows)
+        return in_sample_gains(
+            *self._without_effect(candidate.columns, candidate.hypothesis), moved, candidate.hypothesis.noise_model
+        )
 
-    def by_chance(self, columns: Array, hypothesis: Hypothesis, moved: Sequence[Array]) -> list[Array]:
-        """Products (k + 1, k + 1) of columns moved in time and of what the candidate leaves."""
-        return informations(*self._without_effect(columns, hypothesis), moved, hypothesis.rest)
+    def surrogate_products(self, columns: Array, hypothesis: Hypothesis, moved: Sequence[Array]) -> list[Array]:
+        """Products (k + 1, k + 1) of time-shifted columns and of the residual of a hypothesis with the candidate."""
+        return information_matrices(*self._without_effect(columns, hypothesis), moved, hypothesis.noise_model)
 
     def _without_effect(self, columns: Array, hypothesis: Hypothesis) -> tuple[BinnedRows, Array]:
-        """Rows whose target is what a hypothesis with an effect leaves, and nothing inside."""
-        left = replace(self.rows, target=hypothesis.residual(self.rows, self.joined(columns)))
-        return left, columns[:, :, :0]
+        """Rows whose target is the residual of a hypothesis with an effect, and no accepted columns."""
+        rows = replace(self.rows, target=hypothesis.residual(self.rows, self.columns_with(columns)))
+        return rows, columns[:, :, :0]
 
-    def left_of(self, rival: CandidateFit, best: CandidateFit) -> float:
-        """Part of its own gain that a rival keeps once the best is in, with the best's rest."""
-        both = self.joined(best.columns)
-        rows, rest = best.rows, best.hypothesis.rest
-        alone = Hypothesis.given(rows, self.joined(rival.columns), rest)
-        joint = Hypothesis.given(rows, np.concatenate([both, rival.columns], axis=2), rest)
-        without = Hypothesis.given(rows, self.inside, rest)
-        return (joint.held - best.hypothesis.held) / max(alone.held - without.held, 1e-9)
+    def remaining_share(self, rival: CandidateFit, best: CandidateFit) -> float:
+        """Share of a rival's gain that remains once the best candidate is accepted with its noise model."""
+        both = self.columns_with(best.columns)
+        rows, noise_model = best.rows, best.hypothesis.noise_model
+        alone = Hypothesis.with_noise_model(rows, self.columns_with(rival.columns), noise_model)
+        joint = Hypothesis.with_noise_model(rows, np.concatenate([both, rival.columns], axis=2), noise_model)
+        without = Hypothesis.with_noise_model(rows, self.accepted_columns, noise_model)
+        return (joint.held_out_log_likelihood - best.hypothesis.held_out_log_likelihood) / max(
+            alone.held_out_log_likelihood - without.held_out_log_likelihood, 1e-9
+        )
 
 
-def moved_in_time(candidate: Candidate, problem: LinearProblem, rows: BinnedRows) -> list[Array]:
-    """Columns (n, q, k) of an effect that is none: what it adds, to and fro in time, begun at several shifts.
+def surrogate_columns(candidate: Candidate, problem: LinearProblem, rows: BinnedRows) -> list[Array]:
+    """Time-shifted columns (n, q, k) of a candidate: surrogates of an absent effect, at several shifts.
 
-    So what only rises does not jump but comes back. Where only the strength is known they are moved in the frame of the
-    sensor, and seen along the motion as it was: a wander of one axis comes and goes with the direction of the field,
-    and so must they.
+    The course is continued by reflection, so that a monotone course has no jump. Where only the strength is known the
+    contribution is shifted in the sensor frame and then projected along the unshifted motion: wander of an axis is
+    modulated by the direction of the field, and the surrogates must be modulated alike.
     """
     if problem.mode == "vector":
-        return list(_to_and_fro(rows.taken(candidate.columns(problem)), problem.policy.surrogates))
+        return list(_to_and_fro(rows.bin(candidate.columns(problem)), problem.policy.surrogates))
     moved = _to_and_fro(candidate.contribution_nT(problem), problem.policy.surrogates)
-    return [rows.taken(problem.whitened(one, candidate.effect)) for one in moved]
+    return [rows.bin(problem.whitened(contribution_nT, candidate.effect)) for contribution_nT in moved]
 
 
 def _to_and_fro(columns: Array, times: int) -> Iterator[Array]:
@@ -126,36 +142,36 @@ def _to_and_fro(columns: Array, times: int) -> Iterator[Array]:
         yield both[begin : begin + n]
 
 
-def gains_along_the_field(before: Baseline, after: Baseline, tried: int = 1) -> bool:
-    """Whether what was taken in explains the part along the field too, where an error of the attitude has nothing.
+def explains_along_field(before: Baseline, after: Baseline, tried: int = 1) -> bool:
+    """Whether newly accepted effects explain the residual along the field too, where attitude errors have no part.
 
-    Nats less what the k columns taken in gain by chance, ``k / 2``, and the price of a search among `tried` settings.
-    What is slow gains by chance as the slow noise has it: by the loudest of means as long as k columns can follow.
+    Nats less the chance gain of k columns, ``k / 2``, and less the price of a search among `tried` settings; slow noise
+    raises the chance gain by the largest variance of means as long as k columns can follow.
     """
     policy, k = before.problem.policy, after.sums.width - before.sums.width
     by_chance = k / 2 + search_price(tried, k, policy)
-    return bool(gained_along_the_field(before, after, k) - by_chance > policy.apart)
+    return bool(gain_along_field(before, after, k) - by_chance > policy.apart)
 
 
-def gained_along_the_field(before: Baseline, after: Baseline, least: int | None = None) -> float:
-    """Nats of means over `slow_mean_s` of the part along the field, ``(b - a) / 2``, over what is still coloured.
+def gain_along_field(before: Baseline, after: Baseline, least: int | None = None) -> float:
+    """Nats ``(b - a) / 2 / V`` along the field, b and a the squares of means over `slow_mean_s` before and after.
 
-    least : the longest means of which so many are left count as well; None: none longer.
+    V is the largest variance of longer means, of which at least `least` remain; None: only V of the means themselves.
     """
-    poorer, richer = (along_the_field(ground) for ground in (before, after))
+    poorer, richer = (residual_along_field(baseline) for baseline in (before, after))
     loudest = max(_variances_of_means(richer, least or len(richer)))
     return float((poorer**2).sum() - (richer**2).sum()) / 2 / max(1.0, loudest)
 
 
-def share_along_the_field(before: Baseline, after: Baseline) -> float:
-    """Share of what means along the field have beyond white noise that is gone; 0 where they have none."""
-    poorer, richer = (along_the_field(ground) for ground in (before, after))
+def share_along_field(before: Baseline, after: Baseline) -> float:
+    """Share of the excess of means along the field over white noise that was explained; 0 without an excess."""
+    poorer, richer = (residual_along_field(baseline) for baseline in (before, after))
     excess = float((poorer**2).sum()) - len(poorer)
     return 1 - (float((richer**2).sum()) - len(richer)) / excess if excess > 0 else 0.0
 
 
 def _variances_of_means(course: Array, least: int) -> Iterator[float]:
-    """Variance of means over 1, 2, 4, ... values of a course, each times their number: white noise's stays the same."""
+    """Variances of means over 1, 2, 4, ... values of a course, each times the length: constant for white noise."""
     length = 1
     while len(course) >= least * length:
         sums = course[: len(course) // length * length].reshape(-1, length).sum(axis=1)
@@ -163,33 +179,38 @@ def _variances_of_means(course: Array, least: int) -> Iterator[float]:
         length *= 2
 
 
-def along_the_field(ground: Baseline) -> Array:
-    """Means (m,) of what a ground leaves along the field, over `slow_mean_s`; white noise has a variance of one.
+def residual_along_field(baseline: Baseline) -> Array:
+    """Means (m,) of a baseline's residual along the field over `slow_mean_s`; white noise has variance 1.
 
-    The nine columns of a strength fit are taken off: a matrix that was fitted to a turn of the field leaves them there.
+    The nine columns of a strength fit are projected out: a matrix that was fitted to a turn of the field leaves
+    residuals along them.
     """
-    problem = ground.problem
-    along, unit = _along(ground)
+    problem = baseline.problem
+    along, unit = _along(baseline)
     length = max(1, min(round(problem.policy.slow_mean_s / problem.state.interval_s), len(along) // 2))
     cut = Cut(length, len(along) // length)
     base, means = cut.means(strength_columns(problem.direction) * (problem.usable / unit)[:, None]), cut.means(along)
     return np.asarray(np.sqrt(length) * (means - base @ np.linalg.lstsq(base, means, rcond=1e-9)[0]))
 
 
-def _along(ground: Baseline) -> tuple[Array, Array]:
-    """What a ground leaves (n,) along the field over its noise, and that noise (n,) in nT."""
-    problem, left = ground.problem, ground.residual()
-    if problem.sight is not None:
-        return left[:, 0], np.full(len(left), problem.sigma_nT[0])
-    back = problem.sees_along * problem.sigma_nT
+def _along(baseline: Baseline) -> tuple[Array, Array]:
+    """Residual (n,) of a baseline along the field over its noise, and the noise (n,) in nT."""
+    problem, residual = baseline.problem, baseline.residual()
+    if problem.output_axes is not None:
+        return residual[:, 0], np.full(len(residual), problem.sigma_nT[0])
+    back = problem.field_projection * problem.sigma_nT
     unit = np.linalg.norm(back, axis=1)
-    return np.einsum("ni,ni->n", back, left) / unit, unit
+    return np.einsum("ni,ni->n", back, residual) / unit, unit
 
 
-def look_alikes(
-    best: CandidateFit, others: Sequence[CandidateFit], beside: ColouredBaseline, chance: float, share: float
+def find_look_alikes(
+    best: CandidateFit, others: Sequence[CandidateFit], coloured_baseline: ColouredBaseline, chance: float, share: float
 ) -> list[CandidateFit]:
-    """Those that are within a number of nats or a share of the best, and of no use once it is in."""
+    """Candidates within a number of nats or a share of the best gain, and without use once the best is accepted."""
     within = max(chance, share * best.gain)
-    near = [one for one in others if best.gain - one.gain < within]
-    return [one for one in near if beside.left_of(one, best) < beside.rows.policy.look_alike_left]
+    near = [other for other in others if best.gain - other.gain < within]
+    return [
+        other
+        for other in near
+        if coloured_baseline.remaining_share(other, best) < coloured_baseline.rows.policy.look_alike_kept
+    ]

@@ -1,4 +1,4 @@
-"""One size all along: an effect keeps its coefficients from part to part of a run, what resembles it does not."""
+"""Constancy test: the coefficients of a true effect are equal in all parts of a run."""
 
 from __future__ import annotations
 
@@ -10,18 +10,24 @@ from diagnosis.evidence.hypothesis import information_by_part
 from scenarios.arrays import Array
 
 OPEN = 1e-6
-"""Eigenvalue of a part's information, its columns scaled to one, below which it says nothing of a combination."""
+"""Eigenvalue of a part's scaled information matrix below which a combination of coefficients is undetermined."""
 
 
-def differs_along_the_run(one: CandidateFit, beside: ColouredBaseline, share: float) -> bool:
-    """Whether the parts of a run ask for coefficients of their own, beyond their errors and an error of form.
+def coefficients_change(candidate: CandidateFit, coloured_baseline: ColouredBaseline, share: float) -> bool:
+    """Whether the parts of a run have significantly different coefficients, beyond an error of form.
 
-    ``Q = sum_b g_b^T N_b^-1 g_b - g^T N^-1 g`` of the parts' information N_b (k, k) and scores g_b (k,), and of their
-    sums: chi-square with the combinations that the parts determine less those of the whole. What a part does not show
-    says nothing there. share: part of what the effect explains that an error of form may make of Q.
+    ``Q = sum_b g_b^T N_b^-1 g_b - g^T N^-1 g`` from information N_b (k, k) and score g_b (k,) of each part, and their
+    sums N, g. Q is chi-square with the sum of the ranks of N_b less the rank of N. share : part of ``g^T N^-1 g`` that
+    an error of form may add to Q.
     """
-    policy = beside.rows.policy
-    parts = information_by_part(one.rows, beside.inside, one.columns, one.hypothesis.rest, policy.scatter_parts)
+    policy = coloured_baseline.rows.policy
+    parts = information_by_part(
+        candidate.rows,
+        coloured_baseline.accepted_columns,
+        candidate.columns,
+        candidate.hypothesis.noise_model,
+        policy.scatter_parts,
+    )
     (whole, known), each = _explained(np.sum(parts, axis=0)), [_explained(part) for part in parts]
     degrees = sum(rank for _, rank in each) - known
     Q = sum(squares for squares, _ in each) - whole
@@ -30,7 +36,7 @@ def differs_along_the_run(one: CandidateFit, beside: ColouredBaseline, share: fl
 
 
 def _explained(products: Array) -> tuple[float, int]:
-    """Squares that k columns explain, from products (k + 1, k + 1) of them and the target, and their rank."""
+    """Squares that k columns explain, and their rank, from products (k + 1, k + 1) of columns and target."""
     size = np.sqrt(np.maximum(np.diag(products)[:-1], 1e-300))
     values, vectors = np.linalg.eigh(products[:-1, :-1] / np.outer(size, size))
     some = values > OPEN

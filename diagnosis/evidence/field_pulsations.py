@@ -1,4 +1,4 @@
-"""A field that swings: the period that stands out most of a rest with its own colour, in the earth's frame."""
+"""Period search for a pulsating field in the Earth's frame, under a coloured noise model."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.binned_rows import BinnedRows
-from diagnosis.evidence.held_out import Evidence, judged_at
-from diagnosis.evidence.hypothesis import Hypothesis, gains, white
+from diagnosis.evidence.held_out import Evidence, judge_settings
+from diagnosis.evidence.hypothesis import Hypothesis, in_sample_gains, white_noise_model
 from diagnosis.evidence.noise_model import NoiseModel
 from diagnosis.library.candidates import Candidate
 from diagnosis.library.drivers import in_axes
@@ -18,76 +18,80 @@ from scenarios.arrays import Array
 from sim.effects.channels import HIGHEST, powers
 
 ROWS, TOGETHER = 3000, 24
-"""Most rows that the search sees, and frequencies whose columns are held at once: an effort, not a decision."""
+"""Number of rows in the search at most, and number of frequencies processed together: cost, not a decision."""
 FINER, ROUNDS = 4, 6
-"""Times that the step between frequencies is made finer, and how often: to a thousandth of a line."""
+"""Refinement factor of the frequency step, and number of refinements: down to a thousandth of a spectral line."""
 
 
-def pulses(ground: Baseline, members: dict[str, list[Candidate]]) -> tuple[Evidence, ...]:
-    """The evidence of every effect with a period, at the one that gains most beside a rest with its own colour."""
+def find_pulsations(baseline: Baseline, settings: dict[str, list[Candidate]]) -> tuple[Evidence, ...]:
+    """Evidence of every effect with a period parameter, at the period of the largest gain under coloured noise."""
     found = (
-        judged_at(ground, [one])
-        for several in members.values()
+        judge_settings(baseline, [one])
+        for several in settings.values()
         if (name := several[0].effect.with_role("period"))
-        for one in _at_best_period(ground, several[0], name)
+        for one in _at_best_period(baseline, several[0], name)
     )
     return tuple(one for one in found if one is not None)
 
 
-def _at_best_period(ground: Baseline, member: Candidate, name: str) -> Iterator[Candidate]:
-    """The candidate at the best of its periods, from `fastest_pulse_s` to `least_pulse_cycles` of the run, if any."""
-    policy, time_s = ground.problem.policy, ground.problem.state.time_s
+def _at_best_period(baseline: Baseline, candidate: Candidate, name: str) -> Iterator[Candidate]:
+    """The candidate at its best period from `fastest_pulse_s` to ``run / least_pulse_cycles``, if any."""
+    policy, time_s = baseline.problem.policy, baseline.problem.state.time_s
     line_hz = 1 / float(time_s[-1] - time_s[0])
     low, high = policy.least_pulse_cycles * line_hz, 1 / policy.fastest_pulse_s
     if low < high:
         tried = np.arange(low, high, line_hz / 2)
-        yield member.at({name: 1 / _Swings.of(ground, member).best(tried, line_hz / 2)}, len(tried))
+        yield candidate.at({name: 1 / _Swings.of(baseline, candidate).best(tried, line_hz / 2)}, len(tried))
 
 
 @dataclass(frozen=True, eq=False)
 class _Swings:
-    """Rows with what is in (n, q, k), their middle times (n,), and a unit along east, north and up (n, q, 3)."""
+    """Rows with accepted columns (n, q, k), middle times (n,), and unit fields (n, q, 3) east, north, up."""
 
     rows: BinnedRows
-    inside: Array
+    accepted_columns: Array
     time_s: Array
     unit: Array
 
     @classmethod
-    def of(cls, ground: Baseline, member: Candidate) -> _Swings:
-        problem, state = ground.problem, ground.problem.state
+    def of(cls, baseline: Baseline, candidate: Candidate) -> _Swings:
+        problem, state = baseline.problem, baseline.problem.state
         coarse = replace(problem.policy, most_rows=ROWS)
         rows = BinnedRows.of(state.time_s, problem.usable, problem.base, problem.target, coarse)
-        axes = problem.whitened(state.R_wb.transpose(0, 2, 1), member.effect)
-        middle_s = rows.row_s + (rows.interval_s - state.interval_s) / 2
-        return cls(rows, rows.all_taken(ground.inside), middle_s, rows.taken(axes))
+        axes = problem.whitened(state.R_wb.transpose(0, 2, 1), candidate.effect)
+        middle_s = rows.row_start_s + (rows.interval_s - state.interval_s) / 2
+        return cls(rows, rows.bin_groups(baseline.accepted_columns), middle_s, rows.bin(axes))
 
     def best(self, tried: Array, step: float) -> float:
-        """The frequency of most nats: of those tried (m,), a step apart, then near it beside what it leaves."""
+        """The frequency of the largest gain: on the grid `tried` (m,) of a given step, then refined."""
         slow = self._with(self._slow())
-        rest = Hypothesis.of(self.rows, slow, (white(slow.shape[1]),)).rest
-        best = self._first(tried, slow, rest)
-        left = Hypothesis.of(self.rows, self._with(self._wave(best)), (rest, white(slow.shape[1]))).rest
+        noise_model = Hypothesis.of(self.rows, slow, (white_noise_model(slow.shape[1]),)).noise_model
+        best = self._first(tried, slow, noise_model)
+        with_wave = Hypothesis.of(
+            self.rows, self._with(self._wave(best)), (noise_model, white_noise_model(slow.shape[1]))
+        ).noise_model
         for _ in range(ROUNDS):
             near = np.maximum(best + step * np.linspace(-1, 1, 2 * FINER + 1), tried[0])
-            best, step = self._first(near, self.inside, left), step / FINER
+            best, step = self._first(near, self.accepted_columns, with_wave), step / FINER
         return best
 
-    def _first(self, tried: Array, inside: Array, rest: NoiseModel) -> float:
-        """The frequency of most nats beside columns (n, q, k) and a rest."""
+    def _first(self, tried: Array, accepted_columns: Array, noise_model: NoiseModel) -> float:
+        """The frequency of the largest gain beside accepted columns (n, q, k) under a noise model."""
         parts = np.array_split(tried, -(-len(tried) // TOGETHER))
-        nats = [gains(self.rows, inside, [self._wave(hz) for hz in part], rest) for part in parts]
+        nats = [
+            in_sample_gains(self.rows, accepted_columns, [self._wave(hz) for hz in part], noise_model) for part in parts
+        ]
         return float(tried[np.argmax(np.concatenate(nats))])
 
     def _wave(self, hz: float) -> Array:
-        """Columns (n, q, 6) of a wave of any phase that is zero at the start of time."""
+        """Columns (n, q, 6) of a wave with free phase, zero at the start."""
         angle = 2 * np.pi * hz * self.time_s
         return in_axes(self.unit, np.stack([np.sin(angle), np.cos(angle) - 1], axis=1))
 
     def _slow(self) -> Array:
-        """Columns (n, q, k) of a constant and of a smooth course of the run."""
+        """Columns (n, q, k) of a constant and of a smooth course of time."""
         x = 2 * (self.time_s - self.time_s[0]) / (self.time_s[-1] - self.time_s[0]) - 1
         return np.concatenate([self.unit, in_axes(self.unit, powers(x, HIGHEST))], axis=2)
 
     def _with(self, columns: Array) -> Array:
-        return np.concatenate([self.inside, columns], axis=2)
+        return np.concatenate([self.accepted_columns, columns], axis=2)

@@ -1,4 +1,4 @@
-"""Where the gap is: two-fold held-out share of the residual that a binned channel explains, body and earth frame."""
+"""Held-out share of the residual that bins of a channel explain, in body and earth frame."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from scenarios.arrays import Array
 from sim.rotation import matrix_from_q
 
 TIME = "time_s"
-"""The channel that every slow disturbance goes with."""
+"""Name of time as a channel: every slow disturbance is correlated with time."""
 
 
-class Share(NamedTuple):
-    """A channel, the frame ("body", "earth", "strength"), and the share of the gap's slow power that goes with it."""
+class ChannelShare(NamedTuple):
+    """A channel, the frame ("body", "earth", "strength"), and the channel's share of the gap's slow power."""
 
     channel: str
     frame: str
     share: float
 
 
-def localise(problem: LinearProblem, residual: Array) -> tuple[Share, ...]:
-    """Channels in order of the share of the residual's slow power (n, q) that their bins explain on held-out data."""
+def localise(problem: LinearProblem, residual: Array) -> tuple[ChannelShare, ...]:
+    """Channels in order of the share of the residual's slow power (n, q) that bin means explain on held-out data."""
     n, policy = len(residual), problem.policy
     length = max(1, min(round(policy.channel_mean_s / problem.state.interval_s), n // policy.least_channel_means))
     cut = Cut(length, n // length)
@@ -38,23 +38,23 @@ def localise(problem: LinearProblem, residual: Array) -> tuple[Share, ...]:
         frames["earth"] = np.einsum("nij,nj->ni", R, mean)
     again = set(as_currents(problem.recording).values())
     found = [
-        Share(name, frame, explained_share(cut.means(values), left, policy))
+        ChannelShare(name, frame, explained_share(cut.means(values), framed, policy))
         for name, values in channels(problem)
-        for frame, left in frames.items()
+        for frame, framed in frames.items()
         if name not in again
     ]
-    best: dict[str, Share] = {}
-    for one in sorted(found, key=lambda f: -f.share):
-        best.setdefault(one.channel, one)
-    return tuple(one for one in best.values() if one.share > policy.least_channel_share)[: policy.most_channels]
+    best: dict[str, ChannelShare] = {}
+    for share in sorted(found, key=lambda f: -f.share):
+        best.setdefault(share.channel, share)
+    return tuple(share for share in best.values() if share.share > policy.least_channel_share)[: policy.most_channels]
 
 
 def channels(problem: LinearProblem) -> Iterator[tuple[str, Array]]:
-    """Every channel (n,) that may drive a disturbance, by name."""
+    """Name and values (n,) of every quantity that may drive a disturbance."""
     recording, state = problem.recording, problem.state
     yield TIME, state.time_s
     yield from _columns("field_{}", "xyz", state.field_nT)
-    if "rate" in problem.has:
+    if "rate" in problem.inputs:
         yield from _columns("rate_{}", "xyz", state.rate_rad_s)
     if recording.att_q is not None:
         yield from _angles(matrix_from_q(np.ascontiguousarray(recording.att_q)))
@@ -76,13 +76,13 @@ def _angles(R_wb: Array) -> Iterator[tuple[str, Array]]:
 
 
 def _tilts(up: Array) -> Iterator[tuple[str, Array]]:
-    """Pitch and roll from the direction up in the body frame (n, 3)."""
+    """Pitch and roll from the up direction in the body frame (n, 3)."""
     yield "pitch", np.arcsin(np.clip(-up[:, 0], -1, 1))
     yield "roll", np.arctan2(up[:, 1], up[:, 2])
 
 
-def explained_share(channel: Array, left: Array, policy: Policy) -> float:
-    """Share of the squares of left (m, q) that bin means of a channel (m,), learnt on other segments, explain."""
+def explained_share(channel: Array, residual: Array, policy: Policy) -> float:
+    """Held-out share of the squares of left (m, q) that bin means of a channel (m,) explain."""
     edges = np.unique(np.quantile(channel, np.linspace(0, 1, policy.channel_bins + 1)[1:-1]))
     if not np.isfinite(channel).all() or len(edges) < 2:
         return 0.0
@@ -92,8 +92,8 @@ def explained_share(channel: Array, left: Array, policy: Policy) -> float:
     for held in (0, 1):
         train = fold != held
         count = np.bincount(place[train], minlength=len(edges) + 1)
-        total = np.stack([np.bincount(place[train], c, minlength=len(edges) + 1) for c in left[train].T], axis=1)
+        total = np.stack([np.bincount(place[train], c, minlength=len(edges) + 1) for c in residual[train].T], axis=1)
         guess = total / np.maximum(count, 1)[:, None]
-        after += float(((left[~train] - guess[place[~train]]) ** 2).sum())
-    before = float((left**2).sum())
+        after += float(((residual[~train] - guess[place[~train]]) ** 2).sum())
+    before = float((residual**2).sum())
     return 1 - after / before if before > 0 else 0.0

@@ -1,4 +1,4 @@
-"""What a hypothesis leaves: white noise and slow processes of several memories, and the filter that whitens it."""
+"""Noise model of a residual: white noise plus Ornstein-Uhlenbeck processes, and the whitening Kalman filter."""
 
 from __future__ import annotations
 
@@ -13,38 +13,38 @@ from scenarios.arrays import Array
 from validation.signals.bands import even_bands, hann
 
 ROUNDS = 3000
-"""Updates of the variances: after them a random walk's likelihood is within a nat of its limit."""
+"""Updates of the variances: enough for the likelihood of a random walk to converge within a nat."""
 LEAST_WHITE = 1e-3
-"""Share of the residual's variance that is white at the least: a filter without white noise interpolates."""
+"""Least share of white noise in the residual's variance: a filter without white noise interpolates."""
 LEAST_SLOW = 1e-7
-"""Variance over the white one below which a process is not there."""
+"""Variance over the white variance below which a process is left out."""
 LEAST_POWER = 1e-12
-"""The least power of a band: a log may have rows of none."""
+"""Least power of a band, since a recording may have rows of zeros."""
 SAME_STEP, SETTLED = 1e-6, 1e-12
-"""Relative difference of steps that are one, and the change of a gain that is constant from there on."""
+"""Relative difference of equal time steps, and the change of a gain below which the gain is constant."""
 
 
 @dataclass(frozen=True)
 class NoiseModel:
-    """``r = white + sum_j OU(tau_j)`` of q outputs: variances `white` (q,) and `slow` (q, J), memories `tau_s` (J,).
+    """``r = white + sum_j OU(tau_j)``: variances `white` (q,) and `slow` (q, J), time constants `tau_s` (J,).
 
-    Where the outputs are parts of a vector, seen by `sight` (n, q, 3), also ``sight . (OU_x, OU_y, OU_z)(tau_j)``: a
-    wander of the sensor's axes, of variances `turning` (J,), which comes and goes with the motion. The outputs see one
-    wander.
+    Where the outputs are projections of a vector on `output_axes` u (n, q, 3), the model also has ``u . (OU_x, OU_y,
+    OU_z)(tau_j)``: a wander of the sensor axes with variances `turning` (J,), modulated by the motion and common to all
+    outputs.
     """
 
     tau_s: Array
     white: Array
     slow: Array
     turning: Array = field(default_factory=lambda: np.zeros(0))
-    sight: Array | None = None
+    output_axes: Array | None = None
 
     @classmethod
-    def of(cls, residual: Array, interval_s: float, policy: Policy, sight: Array | None = None) -> NoiseModel:
-        """The variances of greatest banded Whittle likelihood for a residual (n, q).
+    def of(cls, residual: Array, interval_s: float, policy: Policy, output_axes: Array | None = None) -> NoiseModel:
+        """Fit the variances to a residual (n, q) by the banded Whittle likelihood.
 
-        ``sum_b a_b (ln S_b + P_b / S_b)`` over bands b of a_b lines under a Hann window, S the sum of the processes'
-        spectra; every update multiplies a variance by ``sum a P s / S^2 / sum a s / S``.
+        ``min sum_b a_b (ln S_b + P_b / S_b)`` over bands b of a_b lines under a Hann window, S the sum of the
+        processes' spectra; each update multiplies a variance by ``sum a P s / S^2 / sum a s / S``.
         """
         n = len(residual)
         tau_s = np.geomspace(
@@ -53,69 +53,73 @@ class NoiseModel:
         f, power, lines = _bands(residual, interval_s, policy)
         own = np.concatenate([np.full((1, len(f)), 1.0), ou_density(f, tau_s, interval_s)])
         total = residual.var(axis=0)
-        if sight is None:
+        if output_axes is None:
             variance, turning = _fitted(_even(total, len(own)), own, power, lines), np.zeros(0)
         else:
-            variance, turning = _with_wander(own, total, seen_densities(sight, tau_s, interval_s, policy), power, lines)
+            variance, turning = _with_wander(
+                own, total, seen_densities(output_axes, tau_s, interval_s, policy), power, lines
+            )
         white = np.maximum(variance[:, 0], LEAST_WHITE * np.maximum(total, 1e-300))
-        return cls(tau_s, white, variance[:, 1:], turning, sight)
+        return cls(tau_s, white, variance[:, 1:], turning, output_axes)
 
     @classmethod
-    def walking(cls, residual: Array, interval_s: float, policy: Policy, sight: Array) -> NoiseModel:
-        """White noise of each output and a random walk of the axes alone, of greatest likelihood likewise."""
+    def walking(cls, residual: Array, interval_s: float, policy: Policy, output_axes: Array) -> NoiseModel:
+        """Fit white noise of each output and a random walk of the sensor axes, by the banded Whittle likelihood."""
         tau_s = np.array([policy.longest_memory * len(residual) * interval_s])
         f, power, lines = _bands(residual, interval_s, policy)
-        total, seen = residual.var(axis=0), seen_densities(sight, tau_s, interval_s, policy)
+        total, seen = residual.var(axis=0), seen_densities(output_axes, tau_s, interval_s, policy)
         variance, turning = _with_wander(np.ones((1, len(f))), total, seen, power, lines)
         white = np.maximum(variance[:, 0], LEAST_WHITE * np.maximum(total, 1e-300))
-        return cls(tau_s, white, np.zeros((len(total), 1)), turning, sight)
+        return cls(tau_s, white, np.zeros((len(total), 1)), turning, output_axes)
 
     def whitened(self, time_s: Array, usable: Array, columns: Array) -> tuple[Array, Array]:
         """Columns (n, q, w) as innovations over their standard deviation, and ln S (n, q) of the innovations.
 
-        A Kalman filter with transition exp(-dt / tau_j) at the true times; rows that are not usable teach nothing.
+        A Kalman filter with transition ``exp(-dt / tau_j)`` at the true times; unusable rows do not update the state.
         """
-        if self.sight is not None and self.turning.size:
-            return self._whitened_together(self.sight, time_s, usable, columns)
+        if self.output_axes is not None and self.turning.size:
+            return self._whitened_together(self.output_axes, time_s, usable, columns)
         out, ln_S = np.zeros(columns.shape), np.zeros(columns.shape[:2])
         for a, (white, slow) in enumerate(zip(self.white, self.slow, strict=True)):
             there = slow > LEAST_SLOW * white
-            one, ln = _filter(time_s, usable, columns[:, a].copy(), self.tau_s[there], slow[there], float(white))
-            out[:, a], ln_S[:, a] = one, ln
+            innovation, ln = _filter(time_s, usable, columns[:, a].copy(), self.tau_s[there], slow[there], float(white))
+            out[:, a], ln_S[:, a] = innovation, ln
         return out, ln_S
 
-    def _whitened_together(self, sight: Array, time_s: Array, usable: Array, columns: Array) -> tuple[Array, Array]:
-        """The same where outputs see one wander of three axes: of a row one after the other, over their white noise."""
+    def _whitened_together(
+        self, output_axes: Array, time_s: Array, usable: Array, columns: Array
+    ) -> tuple[Array, Array]:
+        """Innovations and ln S where the outputs share a wander of three axes: sequential updates by output."""
         n, q, w = columns.shape
-        tau_s, variance, seen = self._processes(sight)
+        tau_s, variance, seen = self._processes(output_axes)
         root = np.sqrt(self.white)[:, None]
         decay = np.ones((n, q, len(tau_s)))
         decay[1:, 0] = np.exp(-np.diff(time_s)[:, None] / tau_s)
         steps = decay.reshape(n * q, -1)[1:]
         processes = (variance, steps, (1 - steps**2) * variance)
-        each, toward = (np.reshape(one / root, (n * q, -1)) for one in (columns, seen))
+        each, toward = (np.reshape(values / root, (n * q, -1)) for values in (columns, seen))
         out, ln_S = innovations(each, toward, processes, 1.0, np.repeat(usable, q))
         there = (usable > 0)[:, None]
         return out.reshape(n, q, w), ln_S.reshape(n, q) + there * np.log(self.white)
 
-    def _processes(self, sight: Array) -> tuple[Array, Array, Array]:
-        """Memories (m,) and variances (m,) of all processes that are there, and how outputs see them (n, q, m)."""
-        n, q, _ = sight.shape
+    def _processes(self, output_axes: Array) -> tuple[Array, Array, Array]:
+        """Time constants (m,), variances (m,) and output projections (n, q, m) of all active processes."""
+        n, q, _ = output_axes.shape
         slow, turning = self.slow > LEAST_SLOW * self.white[:, None], self.turning > LEAST_SLOW * self.white.min()
         whose, which = np.nonzero(slow)
         tau_s = np.concatenate([self.tau_s[which], np.repeat(self.tau_s[turning], 3)])
         variance = np.concatenate([self.slow[slow], np.repeat(self.turning[turning], 3)])
         own = np.broadcast_to(np.arange(q)[:, None] == whose, (n, q, len(whose)))
-        return tau_s, variance, np.concatenate([own, np.tile(sight, turning.sum())], axis=2)
+        return tau_s, variance, np.concatenate([own, np.tile(output_axes, turning.sum())], axis=2)
 
 
 def _even(total: Array, p: int) -> Array:
-    """Variances (q, p) of p processes that share those of q outputs evenly."""
+    """Variances (q, p): each output's variance in equal parts for p processes."""
     return np.repeat(total[:, None] / p, p, axis=1)
 
 
 def _with_wander(own: Array, total: Array, seen: Array, power: Array, lines: Array) -> tuple[Array, Array]:
-    """Variances (q, J + 1) of each output's own processes (J + 1, m), and (J,) of a wander that it sees as (q, J, m).
+    """Variances (q, J + 1) of each output's own processes, and (J,) of a wander with spectra (q, J, m).
 
     One likelihood of all outputs, with powers (q, m) in bands of lines (m,).
     """
@@ -138,28 +142,29 @@ def ou_density(f: Array, tau_s: Array, interval_s: float) -> Array:
     return np.asarray((1 - a**2) / (1 - 2 * a * np.cos(2 * np.pi * f * interval_s) + a**2))
 
 
-def seen_densities(sight: Array, tau_s: Array, interval_s: float, policy: Policy) -> Array:
-    """The same (q, J, m) of each of q outputs, seen by (n, q, 3)."""
-    return np.stack([seen_density(one, tau_s, interval_s, policy) for one in sight.swapaxes(0, 1)])
+def seen_densities(output_axes: Array, tau_s: Array, interval_s: float, policy: Policy) -> Array:
+    """Spectra (q, J, m) of a wander of the axes in q outputs with axes (n, q, 3), see `seen_density`."""
+    return np.stack([seen_density(axis, tau_s, interval_s, policy) for axis in output_axes.swapaxes(0, 1)])
 
 
-def seen_density(sight: Array, tau_s: Array, interval_s: float, policy: Policy) -> Array:
-    """Spectra (J, m) in the bands of three independent processes of variance one, seen by (n, 3).
+def seen_density(output_axes: Array, tau_s: Array, interval_s: float, policy: Policy) -> Array:
+    """Band means (J, m) of the spectrum of three independent unit processes projected on an axis u (n, 3).
 
-    ``sum_l a^|l| C_l cos(2 pi f l dt) / sum h^2`` with C the autocorrelation of ``h u``, h the Hann window: what the
-    windowed spectrum is expected to be.
+    ``sum_l a^|l| C_l cos(2 pi f l dt) / sum h^2``, C the autocorrelation of ``h u`` and h the Hann window: the
+    expectation of the windowed spectrum.
     """
-    n, window = len(sight), hann(len(sight))
-    C = np.fft.irfft((np.abs(np.fft.rfft(sight * window, 2 * n, axis=0)) ** 2).sum(axis=1), 2 * n)
+    n, window = len(output_axes), hann(len(output_axes))
+    C = np.fft.irfft((np.abs(np.fft.rfft(output_axes * window, 2 * n, axis=0)) ** 2).sum(axis=1), 2 * n)
     lag = np.minimum(np.arange(2 * n), 2 * n - np.arange(2 * n))
     spectra = np.fft.rfft(np.exp(-lag * interval_s / tau_s[:, None]) * C)[:, ::2].real / (window**2).sum()
     return np.stack([spectra[:, b].mean(axis=1) for b in even_bands(1, n // 2 + 1, policy.bands)], axis=1)
 
 
 def _bands(residual: Array, interval_s: float, policy: Policy) -> tuple[Array, Array, Array]:
-    """Frequencies (m,), power (q, m) with white noise at its variance, and independent lines (m,) of bands in log f.
+    """Frequencies (m,), power (q, m) over white noise's variance, and lines (m,) of bands even in log f.
 
-    From the first line on: the course of a random walk over the whole run stands there, and would else be a drift.
+    The first line is included: a random walk over the whole run has most power there, and would otherwise be taken for
+    a drift.
     """
     n = len(residual)
     window = hann(n)
@@ -202,9 +207,9 @@ def _filter(
 ) -> tuple[Array, Array]:
     """Innovations e / sqrt(S) (n, w) of columns y (n, w), and ln S (n,), of one output.
 
-    ``x_j' = a_j x_j``, ``P' = a a^T P + diag((1 - a^2) v)``, ``a_j = exp(-dt / tau_j)``, v the slow variances;
-    ``e = y - sum x``, ``S = white + sum P``, ``K = P 1 / S``, ``x' = x + K e``, ``P' = P - K K^T S``. At equal steps
-    K settles, and P is not followed from there on. One loop: calls for its parts cost a fifth of its time.
+    ``x_j' = a_j x_j``, ``P' = a a^T P + diag((1 - a^2) v)``, ``a_j = exp(-dt / tau_j)``, v the slow variances; ``e = y
+    - sum x``, ``S = white + sum P``, ``K = P 1 / S``, ``x' = x + K e``, ``P' = P - K K^T S``. At equal steps K
+    converges and P is no longer updated. A single loop: function calls would cost a fifth of the time.
     """
     n, w = columns.shape
     J = len(tau_s)

@@ -1,4 +1,4 @@
-"""Is what is left clean? Block means, tones and tails against white noise of the size that neighbours show."""
+"""Whiteness tests of a residual: block means, tones and tails, against the noise of neighbouring samples."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from scenarios.arrays import Array
 from validation.signals.tones import tones
 
 MOST_TONES = 5
-"""Tones that are listed."""
+"""Number of tones listed at most."""
 
 
 @dataclass(frozen=True)
 class ResidualTests:
-    """The tests of a residual: block-mean excess by length, tones found, excess kurtosis; `why` lists what failed."""
+    """Results of the tests: block-mean excess by length in s, tones, excess kurtosis; `why` lists the failures."""
 
     excess: dict[float, float]
     tones_hz: tuple[float, ...]
@@ -33,13 +33,13 @@ class ResidualTests:
         return not self.why
 
 
-def battery(
+def run_residual_tests(
     residual: Array, usable: Array, time_s: Array, fitted: int, policy: Policy, memory: int = 1
 ) -> ResidualTests:
-    """Test a residual (n, q) at times (n,) in units of the noise; `fitted` parameters were taken from it.
+    """Test a residual (n, q) at times (n,) in units of the noise, after a fit of `fitted` parameters.
 
-    What was fitted may be fast or slow: the means are counted as if nothing of theirs was, which alarms less often.
-    memory : samples over which a low-pass or an interpolation colours the noise itself; 1: white.
+    The fit may have absorbed fast or slow noise: the means are tested as if unaffected, which reduces false alarms.
+    memory : number of samples over which a low-pass or an interpolation correlates the noise; 1: white.
     """
     variance = _white_variance(residual, usable, fitted, memory)
     excess, why = {}, []
@@ -51,8 +51,8 @@ def battery(
         excess[length_s] = float(scaled.mean())
         if chi2.sf(scaled.sum(), scaled.size) < policy.means_alarm / len(policy.mean_lengths_s):
             why.append(f"means over {length_s:.3g} s vary {excess[length_s]:.1f} times as much as white noise's")
-    whole = bridged(time_s, residual, usable)
-    lines = tuple(one.frequency_hz for one in tones(time_s, whole, false_alarm=policy.tone_alarm)[:MOST_TONES])
+    whole = bridge_unused(time_s, residual, usable)
+    lines = tuple(tone.frequency_hz for tone in tones(time_s, whole, false_alarm=policy.tone_alarm)[:MOST_TONES])
     if lines:
         why.append("tones at " + ", ".join(f"{f:.4g} Hz" for f in lines))
     kurtosis = _kurtosis(residual, usable)
@@ -62,7 +62,7 @@ def battery(
 
 
 def _white_variance(residual: Array, usable: Array, fitted: int, memory: int) -> Array:
-    """Variance (q,) of a sample, or where the noise has a memory that of white noise with the same slow power."""
+    """Variance (q,) of a sample; for correlated noise, of white noise with equal slow power."""
     variance = (residual**2).sum(axis=0) / max(usable.sum() - fitted / residual.shape[1], 1)
     if memory > 1:
         cut = Cut(memory, len(residual) // memory)
@@ -71,21 +71,21 @@ def _white_variance(residual: Array, usable: Array, fitted: int, memory: int) ->
 
 
 def mean_lengths_s(time_s: Array, policy: Policy) -> tuple[float, ...]:
-    """The policy's lengths of means, longer where samples (n,) are so far apart that the shortest holds too few."""
+    """The policy's averaging lengths, increased where the shortest would hold too few samples at times (n,)."""
     interval_s = float(np.median(np.diff(time_s)))
     longer = max(1.0, policy.least_mean_samples * interval_s / min(policy.mean_lengths_s))
     return tuple(longer * length_s for length_s in policy.mean_lengths_s)
 
 
 def _cells(time_s: Array, length_s: float) -> NDArray[np.int64]:
-    """The cell of time (n,) of each sample; one that is early by its time's rounding alone is in the next."""
+    """Time cell (n,) of each sample; a sample early by rounding of time alone belongs to the next cell."""
     return np.asarray(np.floor(np.round((time_s - time_s[0]) / length_s, 6)), dtype=np.int64)
 
 
 def _scaled_means(residual: Array, usable: Array, cell: NDArray[np.int64], policy: Policy) -> Array | None:
-    """Squares (m, q) of means over cells of time over their variance in unit white noise; None where there are too few.
+    """Squares (m, q) of means over time cells, over their variance in unit white noise; None for too few cells.
 
-    cell (n,): the cell of each sample. A cell counts that holds half as many samples as the fullest.
+    cell (n,): cell of each sample. Cells with less than half the samples of the fullest cell are left out.
     """
     starts = np.flatnonzero(np.diff(cell, prepend=-1))
     count = np.add.reduceat(usable, starts)
@@ -95,8 +95,8 @@ def _scaled_means(residual: Array, usable: Array, cell: NDArray[np.int64], polic
     return white_ratios(np.add.reduceat(residual, starts, axis=0)[full], count[full])
 
 
-def bridged(time_s: Array, residual: Array, usable: Array) -> Array:
-    """The residual (n, q) with lines over samples left out: zeros would turn a slow rest into tones of a pattern."""
+def bridge_unused(time_s: Array, residual: Array, usable: Array) -> Array:
+    """The residual (n, q) interpolated over unused samples: zeros would turn slow noise into tones."""
     used = usable > 0
     if used.all() or not used.any():
         return residual
@@ -104,6 +104,6 @@ def bridged(time_s: Array, residual: Array, usable: Array) -> Array:
 
 
 def _kurtosis(residual: Array, usable: Array) -> float:
-    """Excess kurtosis, mean over outputs, of the usable samples."""
+    """Excess kurtosis of the usable samples, averaged over outputs."""
     share = usable.sum() / len(usable)
     return float(np.mean((residual**4).mean(axis=0) / (residual**2).mean(axis=0) ** 2 * share) - 3)

@@ -1,4 +1,4 @@
-"""Structure too fast for the means that are tested: a spectrum that rises with frequency, as no sensor's noise does."""
+"""Residual structure too fast for the tested means: a spectrum that rises with frequency, unlike any sensor noise."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from scipy.optimize import isotonic_regression
 from scipy.stats import chi2
 
 from diagnosis.evidence.active_parts import NORMAL_MAD
-from diagnosis.evidence.model_noise import as_stated
-from diagnosis.evidence.residual_tests import bridged, mean_lengths_s
+from diagnosis.evidence.model_noise import within_stated_errors
+from diagnosis.evidence.residual_tests import bridge_unused, mean_lengths_s
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
 from scenarios.arrays import Array
@@ -21,7 +21,9 @@ from validation.signals.bands import Bands
 
 @dataclass(frozen=True)
 class RisingSpectrum:
-    """Frequencies at which more is left than at lower ones; hides: names act there, and explain next to nothing."""
+    """Frequency range of a rising spectrum; hides: the names act in the range and explain almost nothing of the
+    rise.
+    """
 
     low_hz: float
     high_hz: float
@@ -29,46 +31,52 @@ class RisingSpectrum:
 
     @classmethod
     def of(cls, problem: LinearProblem, before: Array, after: Array) -> RisingSpectrum | None:
-        """What rises in a rest (n, q) after the names, in units of the noise; None where its spectrum only falls.
+        """The rise in the spectrum of a residual (n, q) after the named effects; None for a falling spectrum.
 
-        A wheel's or a propeller's tone that sweeps with its speed is no line, and means over a second do not see it.
-        What errors of the attitude leave is as fast as the motion: none is told where the model states as much.
+        Targets tones of a wheel or propeller with varying speed, neither a spectral line nor visible in means over a
+        second. Attitude errors are as fast as the motion: None where the model states errors as large.
         """
         policy, interval_s, time_s = problem.policy, problem.state.interval_s, problem.state.time_s
-        limited, unevenness = _limited(bridged(time_s, after, problem.usable), policy)
-        left, taken = (
+        limited, unevenness = _limited(bridge_unused(time_s, after, problem.usable), policy)
+        remaining, taken = (
             Bands.of(values, interval_s, policy.first_line, policy.bands) for values in (limited, before - after)
         )
-        slow = int(np.searchsorted(left.f, 0.5 / mean_lengths_s(time_s, policy)[0]))
-        if not _rises(left.power[slow:], left.shape[slow:] / unevenness, policy) or as_stated(problem, after):
+        slow = int(np.searchsorted(remaining.f, 0.5 / mean_lengths_s(time_s, policy)[0]))
+        if not _rises(remaining.power[slow:], remaining.shape[slow:] / unevenness, policy) or within_stated_errors(
+            problem, after
+        ):
             return None
-        above = np.zeros(len(left.f))
-        above[slow:] = left.power[slow:] - np.minimum.accumulate(left.power[slow:])
+        above = np.zeros(len(remaining.f))
+        above[slow:] = remaining.power[slow:] - np.minimum.accumulate(remaining.power[slow:])
         within = _stretch(above > policy.rise_part * above.max())
-        edges = np.append(np.sqrt(left.f[1:] * left.f[:-1]), 0.5 / interval_s)
+        edges = np.append(np.sqrt(remaining.f[1:] * remaining.f[:-1]), 0.5 / interval_s)
         low_hz, high_hz = edges[within.start - 1], edges[within.stop - 1]
-        return cls(float(low_hz), float(high_hz), _hides(above * left.shape, taken.power * left.shape, within, policy))
+        return cls(
+            float(low_hz),
+            float(high_hz),
+            _hides(above * remaining.shape, taken.power * remaining.shape, within, policy),
+        )
 
     @property
     def words(self) -> str:
-        """Where it rises."""
+        """The frequency range in words."""
         return f"structure between {self.low_hz:.2g} and {self.high_hz:.2g} Hz"
 
 
 def _stretch(which: NDArray[np.bool_]) -> slice:
-    """From the first to the last of bands (m,)."""
+    """Slice from the first to the last selected band of (m,)."""
     first, last = np.flatnonzero(which)[[0, -1]]
     return slice(int(first), int(last) + 1)
 
 
 def _hides(above: Array, taken: Array, within: slice, policy: Policy) -> bool:
-    """Whether half of the power (m,) that names take lies within, and is next to nothing beside that above (m,)."""
-    named, left = float(taken[within].sum()), float(above[within].sum())
-    return float(taken.sum()) / 2 < named < policy.least_share * (named + left)
+    """Whether most power (m,) of the names is in the range, and negligible beside the excess `above` (m,)."""
+    named, remaining = float(taken[within].sum()), float(above[within].sum())
+    return float(taken.sum()) / 2 < named < policy.least_share * (named + remaining)
 
 
 def _limited(values: Array, policy: Policy) -> tuple[Array, float]:
-    """Values (n, q) without a few far ones, and by how much less even than normal ones their squares are."""
+    """Values (n, q) with outliers clipped, and the kurtosis of the result over a normal distribution's, at least 1."""
     varying = values - np.median(values, axis=0)
     most = policy.far_row * NORMAL_MAD * np.median(np.abs(varying), axis=0)
     limited = np.clip(varying, -most, most)
@@ -77,10 +85,11 @@ def _limited(values: Array, policy: Policy) -> tuple[Array, float]:
 
 
 def _rises(power: Array, shape: Array, policy: Policy) -> bool:
-    """Whether bands (m,) of gamma shape (m,) have more power than any falling spectrum gives them by chance.
+    """Whether bands (m,) of gamma shape (m,) exceed, significantly, every non-increasing spectrum.
 
-    ``G = 2 sum shape ln(S / power)``, S the likeliest falling spectrum. Of white noise, of which S has l levels with
-    the chance of l cycles in a permutation of the m bands, G is chi-square of m - l degrees; of others it is less.
+    ``G = 2 sum shape ln(S / power)``, S the likeliest non-increasing spectrum. For white noise S has l levels with the
+    probability of l cycles in a permutation of m bands, and G is chi-square with m - l degrees of freedom; for falling
+    spectra G is smaller.
     """
     m = len(power)
     if not (power > 0).all():

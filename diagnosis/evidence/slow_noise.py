@@ -1,4 +1,4 @@
-"""Slow random disturbances in what is left: flicker and random walk, told apart by the spectrum's slope."""
+"""Slow random noise in a residual: flicker noise or random walk, distinguished by the slope of the spectrum."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from diagnosis.evidence.block_steps import Density, Steps, drawn_at_random
+from diagnosis.evidence.block_steps import Density, Steps, is_random
 from diagnosis.evidence.localise import TIME, localise
 from diagnosis.evidence.slow_spectrum import SlowSpectrum
 from diagnosis.problem.blocks import Cut
@@ -19,10 +19,10 @@ from validation.signals.bands import hann
 
 @dataclass(frozen=True)
 class SlowNoise:
-    """Slow noise: the effect at its fitted size, those as good, evidence in nats.
+    """Slow noise: the effect at its fitted size, equally likely alternatives, and evidence in nats.
 
-    score: log-likelihood of the steps between its block means; fits: the spectrum and the steps agree; identified: it
-    stands out at so many frequencies that its nature is told from that of any slow disturbance.
+    score: log-likelihood of the steps between block means; fits: spectrum and steps agree with the effect; identified:
+    the noise dominates at enough frequencies to be distinguished from any slow disturbance.
     """
 
     effect: Effect
@@ -33,26 +33,26 @@ class SlowNoise:
     identified: bool
 
 
-def wander(problem: LinearProblem, residual: Array) -> SlowNoise | None:
-    """Slow noise in a residual (n, q), unless that goes with a channel more than with time."""
-    return slow_noise(problem, residual) if goes_with_time_alone(problem, residual) else None
+def find_slow_noise(problem: LinearProblem, residual: Array) -> SlowNoise | None:
+    """Slow noise in a residual (n, q), unless a channel explains more of the residual than time does."""
+    return slow_noise(problem, residual) if follows_time_only(problem, residual) else None
 
 
-def goes_with_time_alone(problem: LinearProblem, residual: Array) -> bool:
-    """Whether a residual (n, q) goes with no channel more than with time."""
-    shares = {one.channel: one.share for one in localise(problem, residual)}
+def follows_time_only(problem: LinearProblem, residual: Array) -> bool:
+    """Whether no channel explains more of a residual (n, q) than time does."""
+    shares = {share.channel: share.share for share in localise(problem, residual)}
     return max(shares.values(), default=0.0) <= shares.get(TIME, 0.0) + problem.policy.beside_time
 
 
 def slow_noise(problem: LinearProblem, residual: Array) -> SlowNoise | None:
-    """Flicker noise or an offset's random walk in a residual (n, q) in units of the noise; None if neither is there.
+    """Flicker noise or random walk of the offset in a residual (n, q) in units of the noise; None without evidence.
 
-    Whittle likelihood of the periodogram averaged in bands: ``S(f) = w + d^2 / f`` or ``w + q^2 / (2 pi^2 f^2)``,
-    one-sided, in units of the noise squared over Hz. An error of the attitude has no part along the field, a noise of
-    the sensor has: where it is missing, None. So it is where the residual is slow along the earth's axes rather.
+    Whittle likelihood of the band-averaged periodogram: ``S(f) = w + d^2 / f`` or ``w + q^2 / (2 pi^2 f^2)``,
+    one-sided, in units of the noise squared per Hz. None where the residual has no part along the field, as attitude
+    errors have none, or is likelier slow along the Earth's axes.
     """
     policy, interval_s = problem.policy, problem.state.interval_s
-    if turns_the_field(problem, residual) or slow_along_earth(problem, residual):
+    if is_attitude_error(problem, residual) or is_earth_frame_noise(problem, residual):
         return None
     base = problem.base
     if problem.level is not None:  # the dip has the slow errors of roll and pitch too
@@ -73,17 +73,17 @@ def slow_noise(problem: LinearProblem, residual: Array) -> SlowNoise | None:
         spectrum.others,
         gain,
         score,
-        fits=spectrum.agrees(policy) and drawn_at_random(innovations, policy),
-        identified=spectrum.lines_above_white(policy) >= policy.least_told_lines,
+        fits=spectrum.agrees(policy) and is_random(innovations, policy),
+        identified=spectrum.lines_above_white(policy) >= policy.least_noise_lines,
     )
 
 
-def slow_along_earth(problem: LinearProblem, residual: Array) -> bool:
-    """Whether slow noise is likelier in a residual (n, 3) seen along the earth's axes than along the body's.
+def is_earth_frame_noise(problem: LinearProblem, residual: Array) -> bool:
+    """Whether slow noise is likelier in a residual (n, 3) along the Earth's axes than along the sensor's.
 
-    A sensor turns with its own noise; a field that changes does not turn with it.
+    Sensor noise turns with the sensor; a changing field is fixed to the Earth.
     """
-    if problem.mode != "vector" or not problem.sees_across:
+    if problem.mode != "vector" or not problem.compares_across:
         return False
     body = (residual * problem.sigma_nT) @ np.linalg.inv(problem.turn).T / rms(problem.sigma_nT)
     earth = np.einsum("nij,nj->ni", problem.state.R_wb, body)
@@ -91,19 +91,22 @@ def slow_along_earth(problem: LinearProblem, residual: Array) -> bool:
 
 
 def _score(problem: LinearProblem, residual: Array) -> float:
-    """Log-likelihood of the steps of a residual (n, q) under the slow noise that fits its spectrum best."""
+    """Log-likelihood of the steps of a residual (n, q) under the slow noise that fits the spectrum best."""
     policy, interval_s = problem.policy, problem.state.interval_s
     spectrum = SlowSpectrum.of(residual, interval_s, policy)
     return Steps.of(residual, interval_s, policy).fit(spectrum.level, spectrum.shape)[0]
 
 
-def turns_the_field(problem: LinearProblem, residual: Array, mean_s: float | None = None) -> bool:
-    """Whether a residual (n, q) has nothing along the field, in means as of `along_field`: an error of the attitude."""
-    return problem.sees_across and along_field(problem, residual, mean_s) < problem.policy.least_along_field
+def is_attitude_error(problem: LinearProblem, residual: Array, mean_s: float | None = None) -> bool:
+    """Whether means of a residual (n, q) have no part along the field, see `power_share_along_field`."""
+    return (
+        problem.compares_across
+        and power_share_along_field(problem, residual, mean_s) < problem.policy.least_along_field
+    )
 
 
-def along_field(problem: LinearProblem, residual: Array, mean_s: float | None = None) -> float:
-    """Share of a residual's power that lies along the field, in means over `slow_mean_s` if no length is given."""
+def power_share_along_field(problem: LinearProblem, residual: Array, mean_s: float | None = None) -> float:
+    """Share of a residual's power along the field, in means over `mean_s`, by default the policy's `slow_mean_s`."""
     length = max(1, round((mean_s or problem.policy.slow_mean_s) / problem.state.interval_s))
     cut = Cut(length, len(residual) // length)
     if problem.level is not None:
@@ -116,7 +119,7 @@ def along_field(problem: LinearProblem, residual: Array, mean_s: float | None = 
 
 
 def _refitted(residual: Array, base: Array, interval_s: float, density: Density) -> Array:
-    """A residual (n, q) with the base (n, p) fitted anew, each frequency weighing what the noise's spectrum says."""
+    """A residual (n, q) with the base (n, p) fitted again, frequencies weighted by the inverse noise spectrum."""
     n = len(residual)
     window = hann(n)
     f = np.maximum(np.fft.rfftfreq(n, interval_s), 1 / (n * interval_s))

@@ -1,4 +1,4 @@
-"""The slow random disturbance that fits the spectrum of a residual best."""
+"""Slow-noise effect of the library that fits the spectrum of a residual best."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from validation.signals.bands import Bands
 
 @dataclass(frozen=True)
 class SlowSpectrum:
-    """The best slow noise of the library in a spectrum: ``S(f) = level + size shape(f)``, and those as good."""
+    """The best slow noise ``S(f) = level + size shape(f)`` of the library, and the names of equally good effects."""
 
     bands: Bands
     effect: type[Effect]
@@ -27,7 +27,7 @@ class SlowSpectrum:
 
     @classmethod
     def of(cls, residual: Array, interval_s: float, policy: Policy) -> SlowSpectrum:
-        """The best of every effect that has a spectrum, for a residual (n, q) in units of the noise."""
+        """Fit every effect with a spectrum to a residual (n, q) in units of the noise, and select the best."""
         bands = Bands.of(residual, interval_s, policy.first_line, policy.bands)
         shapes = {effect: shape for effect in EFFECTS if (shape := effect.traits.spectrum) is not None}
         fits = {effect: bands.fit(2 * interval_s, shape(bands.f)) for effect, shape in shapes.items()}
@@ -36,15 +36,15 @@ class SlowSpectrum:
         return cls(bands, best, shapes[best], others, *fits[best][1:])
 
     def density(self, f: Array) -> Array:
-        """S(f)."""
+        """S(f) at frequencies f (m,)."""
         return np.asarray(self.level + self.size * self.shape(f))
 
     def agrees(self, policy: Policy) -> bool:
-        """Whether no band is far from S."""
+        """Whether no band deviates significantly from S."""
         ratio = self.bands.power / self.density(self.bands.f)
         odds = self.bands.odds(np.abs(ratio - 1) + 1)
         return bool(odds.min() > policy.band_alarm / len(odds))
 
     def lines_above_white(self, policy: Policy) -> float:
-        """At how many frequencies the slow noise stands out of the white one."""
+        """Number of frequencies at which the slow noise exceeds the white noise."""
         return float(self.bands.shape[self.density(self.bands.f) > policy.stands_out * self.level].sum())

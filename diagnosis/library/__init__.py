@@ -1,1 +1,1 @@
-"""What may be missing, as columns of the linear problem, and the searches for what no list can hold."""
+"""Library of effects as columns of the linear problem, and searches for parameters without a list of values."""

@@ -1,4 +1,4 @@
-"""The place of a dipole beside the path: a coarse grid on thinned samples, then the best few refined."""
+"""Position search for a dipole near the path: coarse grid on thinned samples, then refinement of the best starts."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from scenarios.arrays import Array
 from sim.effects.kernels import kernel
 
 MEAN_S, MOST_MEANS = 0.5, 3000
-"""Means that the search sees, and most of them: an effort, not a decision."""
+"""Averaging time, and number of means in the search at most: cost, not a decision."""
 SAME_M = 0.1
-"""Distance within which two starts have come to one place."""
+"""Distance below which two refined positions are equal."""
 LEAST_M = 0.02
-"""Distance below which a dipole's field no longer grows, so that no start is infinite."""
+"""Distance below which the dipole field is held constant, so that no start is infinite."""
 STEP_M = 5.0
-"""First step of a place's refinement, at most a fifth of the path's extent."""
+"""First step of the refinement, at most a fifth of the path's extent."""
 
 
-def places(problem: LinearProblem, residual: Array, member: Candidate) -> list[Candidate]:
-    """Places of a dipole that fit a residual (n, q) best."""
-    name = member.effect.with_role("place")
+def find_places(problem: LinearProblem, residual: Array, candidate: Candidate) -> list[Candidate]:
+    """Positions of a dipole that fit a residual (n, q) best."""
+    name = candidate.effect.with_role("place")
     assert name is not None
     policy, thin = problem.policy, ThinnedPath.of(problem, residual)
     grid = _grid(thin, policy)
@@ -34,17 +34,17 @@ def places(problem: LinearProblem, residual: Array, member: Candidate) -> list[C
     starts = grid[np.argsort(-gains)[: policy.place_starts]]
     found: list[Array] = []
     for place in map(thin.best_near, starts):
-        if _beside(thin, place, policy) and all(float(((place - other) ** 2).sum()) > SAME_M**2 for other in found):
+        if _is_near(thin, place, policy) and all(float(((place - other) ** 2).sum()) > SAME_M**2 for other in found):
             found.append(place)
-    return [member.at({name: tuple(float(v) for v in place)}, len(grid)) for place in found]
+    return [candidate.at({name: tuple(float(v) for v in place)}, len(grid)) for place in found]
 
 
 def _grid(thin: ThinnedPath, policy: Policy) -> Array:
-    """Places (m, 3) about the path, neither on it nor so far that a dipole's field is a gradient.
+    """Grid positions (m, 3) around the path, neither on the path nor so far that the field is a uniform gradient.
 
-    A second grid as wide as the path asks for joins the first where that is of quite another size: a survey from the
-    air, a sensor in a hand. So does one about the stretch where the residual is large, if a near body may lie there
-    between the cells of the others.
+    A second grid scaled to the path is added where the path's extent differs much from the first grid's: aerial
+    surveys, hand-held sensors. A third grid covers the section with the largest residual, where a near body could lie
+    between the other cells.
     """
     boxes = [(thin.path, policy.place_margin_m)]
     own, ratio = policy.other_place * thin.extent_m, policy.other_scale
@@ -55,24 +55,24 @@ def _grid(thin: ThinnedPath, policy: Policy) -> Array:
     if ratio * about < thin.extent_m:
         boxes.append((stretch, about))
     grid = np.concatenate([_box(path, margin_m, policy) for path, margin_m in boxes])
-    return grid[[_beside(thin, place, policy) for place in grid]]
+    return grid[[_is_near(thin, place, policy) for place in grid]]
 
 
 def _extent_m(path: Array) -> float:
-    """The longest side of the box of a path (n, 3)."""
+    """Longest side of the bounding box of a path (n, 3)."""
     return float(np.ptp(path, axis=0).max())
 
 
 def _box(path: Array, margin_m: float, policy: Policy) -> Array:
-    """Places (m, 3) of an even grid on the box of a path (n, 3) with a margin."""
+    """Even grid (m, 3) on the bounding box of a path (n, 3) with a margin."""
     low, high, least = path.min(axis=0) - margin_m, path.max(axis=0) + margin_m, policy.place_cells
     cells = [max(least, min(2 * least, round((b - a) / policy.place_cell_m))) for a, b in zip(low, high, strict=True)]
     axes = [np.linspace(a, b, n) for a, b, n in zip(low, high, cells, strict=True)]
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
 
 
-def _beside(thin: ThinnedPath, place: Array, policy: Policy) -> bool:
-    """Whether a place is neither on the path nor far from it, by its extent where that is small or large."""
+def _is_near(thin: ThinnedPath, place: Array, policy: Policy) -> bool:
+    """Whether a position is neither on the path nor too far, relative to the path's extent where extreme."""
     distance_m = np.sqrt(((thin.path - place) ** 2).sum(axis=1).min())
     nearest_m = min(policy.nearest_place_m, policy.nearest_share * thin.extent_m)
     return bool(nearest_m < distance_m < max(policy.farthest_place_m, policy.farthest_share * thin.extent_m))
@@ -80,10 +80,10 @@ def _beside(thin: ThinnedPath, place: Array, policy: Policy) -> bool:
 
 @dataclass(frozen=True)
 class ThinnedPath:
-    """A problem on thinned samples for the search of a place.
+    """A problem on thinned samples for the position search.
 
-    path (n, 3); to_sensor (n, 3, 3) turns a field to the sensor, in units of the noise; y (3 n,) is the residual less
-    its base part; Q (n, p) are the base's orthonormal columns.
+    path (n, 3); to_sensor (n, 3, 3): from the Earth's frame to the sensor, over the noise; y (3 n,): residual
+    orthogonal to the base; Q (n, p): orthonormal columns of the base.
     """
 
     path: Array
@@ -93,7 +93,7 @@ class ThinnedPath:
 
     @classmethod
     def of(cls, problem: LinearProblem, residual: Array) -> ThinnedPath:
-        """Means of a residual (n, 3), at most MOST_MEANS of them, as samples of a smaller problem."""
+        """Means of a residual (n, 3), at most MOST_MEANS, as samples of a smaller problem."""
         n = len(residual)
         length = max(1, round(MEAN_S / problem.state.interval_s), -(-n // MOST_MEANS))
         cut = Cut(length, n // length)
@@ -106,40 +106,41 @@ class ThinnedPath:
 
     @property
     def extent_m(self) -> float:
-        """The longest side of the path's box."""
+        """Longest side of the path's bounding box."""
         return _extent_m(self.path)
 
     def loudest(self) -> Array:
-        """The stretch (m, 3) of the path with the middle half of the residual's fourth power: noise is little.
+        """Section (m, 3) of the path with the middle half of the residual's fourth power, in which noise counts little.
 
-        Of a dipole at a distance it is about a third of that long; with the samples beside it, for it may be one.
+        About a third as long as the distance of a dipole; extended by a sample on each side, since the section may be a
+        single sample.
         """
         power = np.cumsum((self.y.reshape(-1, 3) ** 2).sum(axis=1) ** 2)
         first, last = np.searchsorted(power, power[-1] * np.array([0.25, 0.75]))
         return self.path[max(first - 1, 0) : last + 2]
 
-    def left(self, place: Array) -> Array:
-        """What the residual keeps (3 n,) after the best moment at a place."""
+    def residual(self, place: Array) -> Array:
+        """Residual (3 n,) after the best dipole moment at a position."""
         E = _unit_dipoles(self.path, place, self.to_sensor).reshape(len(self.path), 9)
         flat = (E - self.Q @ (self.Q.T @ E)).reshape(-1, 3)
         c = np.linalg.lstsq(flat.T @ flat, flat.T @ self.y, rcond=1e-12)[0]
         return np.asarray(self.y - flat @ c)
 
     def gain(self, place: Array) -> float:
-        """Squares that a dipole at a place explains."""
-        left = self.left(place)
-        return float(self.y @ self.y - left @ left)
+        """Squares that a dipole at a position explains."""
+        residual = self.residual(place)
+        return float(self.y @ self.y - residual @ residual)
 
     def best_near(self, start: Array) -> Array:
-        """The place of least squares near a start (variable projection)."""
+        """Least-squares position near a start (variable projection)."""
         return np.asarray(
-            least_squares(self.left, start, x_scale=min(STEP_M, self.extent_m / 5), max_nfev=25, diff_step=1e-4).x
+            least_squares(self.residual, start, x_scale=min(STEP_M, self.extent_m / 5), max_nfev=25, diff_step=1e-4).x
         )
 
 
 @kernel
 def _unit_dipoles(path: Array, place: Array, to_sensor: Array) -> Array:
-    """Field (n, 3, 3) of unit moments east, north, up: 100 (3 r r^T / r^5 - I / r^3) nT, as the sensor sees it."""
+    """Field (n, 3, 3) of unit moments: ``100 (3 r r^T / r^5 - I / r^3)`` nT, in sensor axes over the noise."""
     out = np.empty((len(path), 3, 3))
     for i in range(len(path)):
         x, y, z = path[i, 0] - place[0], path[i, 1] - place[1], path[i, 2] - place[2]

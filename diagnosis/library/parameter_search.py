@@ -1,4 +1,4 @@
-"""Values of nonlinear parameters that a short list cannot hold: found by a search, or between the listed ones."""
+"""Search for nonlinear parameters without a short list of values, and refinement of listed values."""
 
 from __future__ import annotations
 
@@ -9,51 +9,58 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from diagnosis.library.candidates import Candidate
-from diagnosis.library.dipole_position import places
-from diagnosis.library.gradient_origin import origins
-from diagnosis.library.ripple_frequency import tones
-from diagnosis.library.step_times import moments
+from diagnosis.library.dipole_position import find_places
+from diagnosis.library.gradient_origin import find_origins
+from diagnosis.library.ripple_frequency import find_tones
+from diagnosis.library.step_times import find_moments
 from diagnosis.problem.linear import LinearProblem
 from scenarios.arrays import Array
 
 Search = Callable[[LinearProblem, Array, Candidate], list[Candidate]]
-"""(problem, residual (n, q) that the base and the effects already in leave, candidate) -> candidates with values."""
-SEARCHES: dict[str, Search] = {"moment": moments, "frequency": tones, "place": places, "origin": origins}
-"""By the role of the parameter that is looked for."""
+"""(problem, residual (n, q) of base and accepted effects, candidate) -> candidates with values."""
+SEARCHES: dict[str, Search] = {
+    "moment": find_moments,
+    "frequency": find_tones,
+    "place": find_places,
+    "origin": find_origins,
+}
+"""Search by the role of the parameter."""
 
 
-def found_by_search(problem: LinearProblem, residual: Array, members: list[Candidate]) -> list[Candidate]:
-    """The members of a candidate after its search, if it has one: what fits the residual (n, q) best.
+def search_parameters(problem: LinearProblem, residual: Array, settings: list[Candidate]) -> list[Candidate]:
+    """The settings of a candidate after the search of its class, if any, for the best fit to the residual (n, q).
 
-    The search is made with the first member; the others take over what it found.
+    The first setting is searched; the remaining settings adopt the result.
     """
-    role = members[0].effect.search_role()
+    role = settings[0].effect.search_role()
     if role is None:
-        return members
-    found = SEARCHES[role](problem, residual, members[0])
+        return settings
+    found = SEARCHES[role](problem, residual, settings[0])
     return [
-        replace(member, nonlinear=tuple((dict(one.nonlinear) | dict(member.nonlinear)).items()), tried=one.tried)
-        for one in found
-        for member in members
+        replace(
+            candidate, nonlinear=tuple((dict(result.nonlinear) | dict(candidate.nonlinear)).items()), tried=result.tried
+        )
+        for result in found
+        for candidate in settings
     ]
 
 
-def between_neighbours(member: Candidate, misfit: Callable[[Candidate], float]) -> Candidate | None:
-    """A member with its one listed number moved between its neighbours in the list to where the misfit is least.
+def refine_between_neighbours(candidate: Candidate, misfit: Callable[[Candidate], float]) -> Candidate | None:
+    """The candidate with its single listed number at the least misfit between the neighbours in the list.
 
-    The number may lie between two listed ones: where a search has moved it before.
+    An earlier search may have moved the number between two listed values.
     """
-    if len(member.effect.search) != 1 or member.effect.search_role():
+    if len(candidate.effect.search) != 1 or candidate.effect.search_role():
         return None
-    ((name, listed),) = member.effect.search.items()
-    value = dict(member.nonlinear)[name]
+    ((name, listed),) = candidate.effect.search.items()
+    value = dict(candidate.nonlinear)[name]
     low = max((one for one in listed if one < value), default=value)
     high = min((one for one in listed if one > value), default=value)
     floor = max(low, high * 1e-3)
     best = minimize_scalar(
-        lambda x: misfit(member.at({name: float(np.exp(x))})),
+        lambda x: misfit(candidate.at({name: float(np.exp(x))})),
         bounds=(np.log(floor), np.log(high)),
         method="bounded",
         options={"xatol": 0.01, "maxiter": 12},
     )
-    return member.at({name: float(np.exp(best.x))}, max(member.tried, len(listed)))
+    return candidate.at({name: float(np.exp(best.x))}, max(candidate.tried, len(listed)))

@@ -1,4 +1,4 @@
-"""The frequency of a ripple that a current drives: lines of a spectrum, then between them."""
+"""Frequency search for a ripple driven by a current: spectral lines, then refinement between lines."""
 
 from __future__ import annotations
 
@@ -10,27 +10,28 @@ from scenarios.arrays import Array
 from sim.effects.resampling import SPARSEST
 
 
-def tones(problem: LinearProblem, residual: Array, member: Candidate) -> list[Candidate]:
-    """The strongest line in the spectrum of residual (n, q) times current; both phases belong to it.
+def find_tones(problem: LinearProblem, residual: Array, candidate: Candidate) -> list[Candidate]:
+    """The candidate at the strongest line in the spectrum of residual (n, q) times current; either phase is included.
 
-    Times what a unit on each axis would add: along a field that turns, a steady tone comes and goes.
+    The product also contains the direction of each axis: along a rotating field the amplitude of a steady tone is
+    modulated.
     """
-    name = member.effect.with_role("frequency")
+    name = candidate.effect.with_role("frequency")
     assert name is not None
     interval_s, policy = problem.state.interval_s, problem.policy
-    unit_nT = _drive(problem, member)[:, None, None] * np.eye(3)
-    weighted = np.einsum("nq,nqk->nk", residual, problem.whitened(unit_nT, member.effect))
+    unit_nT = _drive(problem, candidate)[:, None, None] * np.eye(3)
+    weighted = np.einsum("nq,nqk->nk", residual, problem.whitened(unit_nT, candidate.effect))
     even = _in_slots(weighted, problem.state.time_s, interval_s)
     n = len(even)
     power = (np.abs(np.fft.rfft(even, axis=0)) ** 2).sum(axis=1)
     f = np.fft.rfftfreq(n, interval_s)
     power[f < max(policy.slowest_tone_hz, policy.least_tone_cycles / (n * interval_s))] = 0.0
     tone_hz = _between_lines(weighted, problem.state.time_s, f[int(np.argmax(power))], f[1])
-    return [member.at({name: tone_hz}, len(f))]
+    return [candidate.at({name: tone_hz}, len(f))]
 
 
 def _in_slots(weighted: Array, time_s: Array, interval_s: float) -> Array:
-    """Values (m, q) in slots of even time, zero in gaps; of a recording that is mostly gaps as they come."""
+    """Values (m, q) in evenly spaced slots, zero in gaps; unchanged for a recording with more gaps than samples."""
     place = np.rint((time_s - time_s[0]) / interval_s).astype(np.intp)
     if place[-1] >= SPARSEST * len(time_s):
         return weighted
@@ -39,15 +40,15 @@ def _in_slots(weighted: Array, time_s: Array, interval_s: float) -> Array:
     return even
 
 
-def _drive(problem: LinearProblem, member: Candidate) -> Array:
-    """The current (n,) of the candidate's motor, or of all of them."""
-    name = member.effect.with_role("motor")
-    motor = dict(member.nonlinear).get(name, 0) if name else 0
+def _drive(problem: LinearProblem, candidate: Candidate) -> Array:
+    """Current (n,) of the candidate's motor, or the sum of all motors."""
+    name = candidate.effect.with_role("motor")
+    motor = dict(candidate.nonlinear).get(name, 0) if name else 0
     return problem.state.current_of(motor)
 
 
 def _between_lines(weighted: Array, time_s: Array, frequency_hz: float, line_hz: float) -> float:
-    """The strongest frequency within a line of the spectrum, to a hundredth of a line."""
+    """Frequency of the largest power within a spectral line, to a hundredth of a line."""
     centre, step = frequency_hz, line_hz / 2
     for _ in range(4):
         tried = centre + step * np.linspace(-1, 1, 9)

@@ -1,4 +1,4 @@
-"""The moment of a step: every sample tried at once."""
+"""Time search for a step: every sample compared."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ from scenarios.arrays import Array
 
 Sums = tuple[Array, Array, Array]
 PIECE = 20_000
-"""Samples whose products are held at once."""
+"""Samples processed at once."""
 OWN_NOISE = 10.0
-"""Times a direction's own noise that it must move for a step to be seen through it: below, noise is fitted to noise."""
+"""Ratio to the noise of the measured direction below which a step along the direction is noise fitted to noise."""
 
 
-def moments(problem: LinearProblem, residual: Array, member: Candidate) -> list[Candidate]:
-    """The best moment of a step in a residual (n, q) that the base has been fitted to."""
-    name = member.effect.with_role("moment")
+def find_moments(problem: LinearProblem, residual: Array, candidate: Candidate) -> list[Candidate]:
+    """The candidate at the best step time for a residual (n, q) of the fitted base."""
+    name = candidate.effect.with_role("moment")
     assert name is not None
-    left = _without_base(problem, residual)
+    free = _without_base(problem, residual)
     if problem.mode == "vector":
-        best = int(np.argmax(_gains(problem, left)))
+        best = int(np.argmax(_gains(problem, free)))
     else:
-        best = _best_along_field(problem, left, member)
-    return [member.at({name: float(problem.state.time_s[best])}, len(left))]
+        best = _best_along_field(problem, free, candidate)
+    return [candidate.at({name: float(problem.state.time_s[best])}, len(free))]
 
 
 def _without_base(problem: LinearProblem, residual: Array) -> Array:
@@ -38,32 +38,32 @@ def _inverse(problem: LinearProblem) -> Array:
     return np.asarray(np.linalg.pinv(B.T @ B, rcond=1e-13, hermitian=True))
 
 
-def _gains(problem: LinearProblem, left: Array) -> Array:
-    """Squares (n,) that a step at each moment explains beside the base, from suffix sums.
+def _gains(problem: LinearProblem, residual: Array) -> Array:
+    """Squares (n,) that a step at each time explains beside the base, from suffix sums.
 
-    ``gain_t = |sum_{s >= t} y_s|^2 / (n_t - b_t^T (B^T B)^-1 b_t)`` with ``n_t, b_t`` the sums of 1 and B from t on.
+    ``gain_t = |sum_{s >= t} y_s|^2 / (n_t - b_t^T (B^T B)^-1 b_t)``, n_t and b_t the sums of 1 and B from t on.
     """
-    beyond_B, beyond_1, beyond_y = (_suffix_sums(v) for v in (problem.base, problem.usable, left))
+    beyond_B, beyond_1, beyond_y = (_suffix_sums(v) for v in (problem.base, problem.usable, residual))
     size = beyond_1 - np.einsum("np,pr,nr->n", beyond_B, _inverse(problem), beyond_B)
     gain = (beyond_y**2).sum(axis=1) / np.maximum(size, 1e-9)
     gain[size < problem.policy.step_margin * size.max()] = 0.0
     return np.asarray(gain)
 
 
-def _best_along_field(problem: LinearProblem, left: Array, member: Candidate) -> int:
-    """The sample of the best step that is seen through the field's direction, beside the base."""
-    gain = _gains_along_field(problem, left, member.columns(problem))
-    edge = max(2, int(len(left) * problem.policy.step_margin))
+def _best_along_field(problem: LinearProblem, residual: Array, candidate: Candidate) -> int:
+    """Sample of the best step observed along the field, beside the base."""
+    gain = _gains_along_field(problem, residual, candidate.columns(problem))
+    edge = max(2, int(len(residual) * problem.policy.step_margin))
     return edge + int(np.argmax(gain[edge:-edge]))
 
 
-def _gains_along_field(problem: LinearProblem, left: Array, E: Array) -> Array:
-    """Squares (n,) that a step at each moment explains beside the base, of columns E (n, q, k) that begin there.
+def _gains_along_field(problem: LinearProblem, residual: Array, E: Array) -> Array:
+    """Squares (n,) that a step at each time explains beside the base, with columns E (n, q, k) that begin at the step.
 
-    ``gain_t = z' (E'E - E'B (B'B)^-1 B'E)^-1 z`` with ``z = E'y``, all sums from t on: on long legs iron takes up much
-    of a step, and more of one at the wrong moment. The direction is a measurement too: where a short stretch at rest
-    holds nothing else, its noise is that of the strength, and what it holds is weighed down.
-    From the end in pieces, for all products at once fill the memory.
+    ``gain_t = z' (E'E - E'B (B'B)^-1 B'E)^-1 z``, ``z = E'y``, all sums from t on: on long legs iron absorbs much of a
+    step, and more of a step at the wrong time. The direction is a measurement too, with noise like the strength's: the
+    diagonal term keeps a short section at rest from explaining noise by noise. Computed in pieces from the end, to
+    limit memory.
     """
     n, q, k = E.shape
     gain, either, own = np.zeros(n), _in_the_shorter_part(problem.usable), _own_noise(problem, E)
@@ -71,7 +71,7 @@ def _gains_along_field(problem: LinearProblem, left: Array, E: Array) -> Array:
     beyond: Sums = (np.zeros(k), np.zeros((k, k)), np.zeros((B.shape[2], k)))
     for end in range(n, 0, -PIECE):
         here = slice(max(end - PIECE, 0), end)
-        y, EE, BE = _summed(B[here], E[here], left[here], beyond)
+        y, EE, BE = _summed(B[here], E[here], residual[here], beyond)
         free = EE - np.einsum("npi,pr,nrj->nij", BE, _inverse(problem), BE, optimize=True)
         free += (either[here] * own)[:, None, None] * np.eye(k)
         gain[here] = np.einsum("nk,nk->n", y, np.linalg.solve(free, y[:, :, None])[:, :, 0])
@@ -79,24 +79,24 @@ def _gains_along_field(problem: LinearProblem, left: Array, E: Array) -> Array:
     return gain
 
 
-def _summed(B: Array, E: Array, left: Array, beyond: Sums) -> Sums:
-    """``E'y, E'E, B'E`` (m, ...) of all samples from each of these on, with what is summed beyond the last."""
+def _summed(B: Array, E: Array, residual: Array, beyond: Sums) -> Sums:
+    """``E'y, E'E, B'E`` (m, ...) from each sample to the end; `beyond`: sums after the last sample."""
     y, EE, BE = beyond
     return (
-        y + _suffix_sums(np.einsum("nqk,nq->nk", E, left)),
+        y + _suffix_sums(np.einsum("nqk,nq->nk", E, residual)),
         EE + _suffix_sums(np.einsum("nqi,nqj->nij", E, E)),
         BE + _suffix_sums(np.einsum("nqp,nqk->npk", B, E)),
     )
 
 
 def _in_the_shorter_part(usable: Array) -> Array:
-    """Samples (n,) before or from each moment on, whichever are fewer, and one."""
+    """Number of samples (n,) before or after each time, whichever is smaller, plus 1."""
     after = _suffix_sums(usable)
     return np.asarray(np.minimum(after, after[0] - after) + 1.0)
 
 
 def _own_noise(problem: LinearProblem, E: Array) -> float:
-    """Square of what the noise of a measured direction makes in a column, times that of `OWN_NOISE`."""
+    """Square of the noise of a measured direction in a column, times the square of `OWN_NOISE`."""
     noise = float(problem.sigma_nT[0] / np.linalg.norm(problem.state.field_nT[0]))
     return (OWN_NOISE * noise) ** 2 * float((E**2).sum(axis=1).mean())
 

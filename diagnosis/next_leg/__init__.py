@@ -1,1 +1,1 @@
-"""What to fly next: the leg that tells what was named from what looks like it."""
+"""Advice on the next flight: the leg that best distinguishes a named effect from its look-alikes."""

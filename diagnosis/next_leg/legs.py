@@ -1,4 +1,4 @@
-"""Legs that a vehicle can fly, and the measured motion that the simulator gives for one."""
+"""Legs for a vehicle, and the measured motion on a leg by the simulator."""
 
 from __future__ import annotations
 
@@ -56,23 +56,23 @@ LEGS: tuple[tuple[str, tuple[Phase, ...]], ...] = (
     ("turns about every axis at 60 degrees a second", ({"kind": "turntable_turns", "rate_deg_s": 60.0},)),
     ("stops on the way round", ({"kind": "turntable_stops", "stops": 12, "dwell_s": 10.0},)),
 )  # fmt: skip
-"""Words and phases of what may be flown; a vehicle is offered those that it can do."""
+"""Words and phases of possible legs; a vehicle is offered the feasible ones."""
 QUIET = {"attitude_noise_std_deg": 0.0, "position_noise_std_m": 0.0}
 
 
 @dataclass(frozen=True, eq=False)
 class CandidateLeg:
-    """A leg: in words, as a scenario that flies it, and how long it takes."""
+    """A leg: in words, as a scenario, and its duration."""
 
     words: str
     scenario: Scenario
     duration_s: float
 
     def problem(self, like: LinearProblem, always: Sequence[Effect]) -> LinearProblem | None:
-        """The problem that the leg's motion poses, with effects that act always, in the noise of another problem.
+        """Pose the problem on the motion of the leg, with permanent effects and the noise of a given problem.
 
-        Its iron is parametrised as there: `base` means the same coefficients. None where the vehicle, at work, does
-        not come to the end of the leg.
+        The iron is parametrised as in the given problem: `base` has equal coefficients. None where the vehicle does not
+        reach the end of the leg.
         """
         try:
             recording = measured_along(self.scenario)
@@ -87,24 +87,24 @@ class CandidateLeg:
 
 
 def legs_of(model: Scenario) -> list[CandidateLeg]:
-    """The legs that the model's vehicle can fly, without those that it has just flown."""
+    """The feasible legs of the model's vehicle, without the motion just flown."""
     flown = [phase.model_dump(exclude_unset=True) for phase in model.phases]
     legs = []
     for words, phases in LEGS:
         scenario = _with(model, phases)
-        if scenario is not None and [one.model_dump(exclude_unset=True) for one in scenario.phases] != flown:
+        if scenario is not None and [phase.model_dump(exclude_unset=True) for phase in scenario.phases] != flown:
             legs.append(CandidateLeg(words, scenario, sum(phase.duration_s for phase in scenario.phases)))
     return legs
 
 
 def repeated(leg: CandidateLeg, times: int) -> Scenario:
-    """The scenario that flies a leg several times over."""
+    """The scenario of a leg flown several times."""
     phases = leg.scenario.phases * times
     return leg.scenario.model_copy(update={"phases": phases, "name": "next", "summary": f"To tell apart: {leg.words}"})
 
 
 def _with(model: Scenario, phases: Sequence[Phase]) -> Scenario | None:
-    """The model with other phases, None where its vehicle cannot fly them."""
+    """The model with other phases; None if not feasible for its vehicle."""
     try:
         return Scenario.model_validate(as_dict(model) | {"phases": list(phases)})
     except (ValidationError, InputError):
@@ -112,7 +112,7 @@ def _with(model: Scenario, phases: Sequence[Phase]) -> Scenario | None:
 
 
 def measured_along(scenario: Scenario) -> Recording:
-    """The recording of a flight without any error of the magnetometer or of navigation."""
+    """The recording of a flight without errors of magnetometer and navigation."""
     bare: dict[str, Any] = {"effects": Effects(), "effect_order": None, "vary": {}, "sensor": None}
     quiet = scenario.navigation.model_copy(update=QUIET)
     made = plan(scenario.model_copy(update={**bare, "navigation": quiet}), 0, 0)

@@ -1,1 +1,1 @@
-"""A recording beside a model, as a linear problem cut into blocks."""
+"""A recording compared with a model: a linear problem, cut into blocks."""

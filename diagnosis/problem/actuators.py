@@ -1,4 +1,4 @@
-"""Channels of a log that are treated like motor currents."""
+"""Channels of a recording declared as motor currents."""
 
 from __future__ import annotations
 
@@ -14,7 +14,10 @@ from scenarios.errors import InputError
 
 
 def with_actuators(recording: Recording, names: Sequence[str], path: Path) -> Recording:
-    """The recording with some of its channels beside its motor currents, numbered after them."""
+    """The recording with some channels appended to its motor currents, numbered after them.
+
+    Raises InputError for an unknown channel.
+    """
     columns = [] if recording.current_A is None else list(recording.current_A.T)
     last = max(recording.motors, default=0)
     motors = (*recording.motors, *range(last + 1, last + 1 + len(names)))
@@ -27,7 +30,7 @@ def with_actuators(recording: Recording, names: Sequence[str], path: Path) -> Re
 
 
 def as_currents(recording: Recording) -> dict[str, str]:
-    """Channels that are treated like motor currents, each with the current's own name: one course under two names."""
+    """Channels equal to a motor current, each with the name of the current."""
     if recording.current_A is None:
         return {}
     currents = list(zip(map(current_name, recording.motors), recording.current_A.T, strict=True))

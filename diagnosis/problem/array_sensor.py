@@ -1,4 +1,4 @@
-"""One sensor of an array: its recording, and the model as it is of this sensor."""
+"""Selection of one sensor of an array, in the recording and in the model."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from sim.scenario import Model, Scenario
 
 
 def of_sensor(recording: Recording, sensor: int | None, where: str) -> Recording:
-    """The recording of one sensor of an array, counted from 1; of a single magnetometer the recording as it is.
+    """The recording of one sensor of an array, counted from 1; a recording of a single magnetometer is unchanged.
 
-    Raises InputError for a sensor that is not there, and for an array of which none is asked for.
+    Raises InputError for a number out of range, and for an array without a number.
     """
     array = recording.array_mag_nT
     count = 1 if array is None else len(array)
@@ -27,35 +27,35 @@ def of_sensor(recording: Recording, sensor: int | None, where: str) -> Recording
 
 
 def _instead(recording: Recording) -> str:
-    """What to do where a sensor is asked for that is not there."""
+    """Advice for a sensor number out of range."""
     if recording.array_mag_nT is None and REFERENCE[0] in recording.channels:
         return f"leave the option out: {REFERENCE[0]} and its like are the reference"
     return "leave the option out" if recording.array_mag_nT is None else "give one of these"
 
 
 def one_sensor(recording: Recording, sensor: int | None, reference: int | None, path: Path) -> Recording:
-    """The recording of one sensor of a file's array, beside a reference where one is given; see `of_sensor`."""
+    """The recording of one sensor of a file's array, with a second sensor as reference if given; see `of_sensor`."""
     if reference is not None:
-        return beside_reference(recording, sensor, reference, f"{path}: --reference-sensor")
+        return with_reference(recording, sensor, reference, f"{path}: --reference-sensor")
     return of_sensor(recording, sensor, f"{path}: --sensor")
 
 
-def beside_reference(recording: Recording, sensor: int | None, reference: int, where: str) -> Recording:
-    """The recording of one sensor of an array with another, counted from 1, as its reference.
+def with_reference(recording: Recording, sensor: int | None, reference: int, where: str) -> Recording:
+    """The recording of one sensor of an array with a second sensor as its reference, counted from 1.
 
-    Raises InputError for sensors that are not there, and for one that is its own reference.
+    Raises InputError for numbers out of range, and for equal numbers.
     """
     if reference == (1 if recording.array_mag_nT is None else sensor):
         raise InputError(f"sensor {reference} is no reference of itself", where=where, do="give two sensors")
-    other = of_sensor(recording, reference, where)
-    one = of_sensor(recording, sensor, where)
-    return replace(one, channels=one.channels | dict(zip(REFERENCE, other.mag_nT.T, strict=True)))
+    reference_sensor = of_sensor(recording, reference, where)
+    own = of_sensor(recording, sensor, where)
+    return replace(own, channels=own.channels | dict(zip(REFERENCE, reference_sensor.mag_nT.T, strict=True)))
 
 
 def model_of_sensor(model: Model, sensor: int | None) -> Model:
-    """A scenario of several sensors as one of this sensor alone, counted from 1; any other model as it is."""
+    """A scenario of several sensors reduced to one vector sensor, counted from 1; all other models unchanged."""
     if not isinstance(model, Scenario) or sensor is None or not 1 <= sensor <= len(model.vectors) > 1:
         return model
     own = model.vectors[sensor - 1]
-    kept = tuple(one for k, one in enumerate(model.sensors) if k in (own, model.scalar))
+    kept = tuple(part for k, part in enumerate(model.sensors) if k in (own, model.scalar))
     return model.model_copy(update={"sensors": kept, "vary": {}})

@@ -1,13 +1,13 @@
-"""The problem of a recording at rest: every axis is compared with a constant."""
+"""Problem of a recording at rest: every axis is compared with a constant."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from diagnosis.policy import Policy
-from diagnosis.problem.iron_by_strength import fitted_iron
+from diagnosis.problem.iron_by_strength import fit_iron_by_strength
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.problem.model_effects import beside_known
+from diagnosis.problem.model_effects import pose_without_model_effects
 from diagnosis.problem.rates import course, measured
 from diagnosis.problem.repeated_rows import noise_of_neighbours
 from recordings import Recording
@@ -18,11 +18,11 @@ from validation.signals.amplitude import rms
 
 
 def at_rest(recording: Recording, strength_nT: float, policy: Policy) -> bool:
-    """Whether a recording without attitude is one of a sensor that does not turn, in a field of some strength.
+    """Whether a recording without attitude comes from a sensor that does not turn, in a field of a given strength.
 
-    Its field stays within a small angle, or what moves it goes with the recorded channels and not with a motion: a
-    sensor that turns goes with its own pitch and roll, but keeps the field's strength. Coils that are on or off give
-    few values, through which iron of the same strength can be laid: the channels then leave hardly more than that.
+    Either the field stays within a small angle, or its changes follow the recorded channels and not a motion: a turning
+    sensor may follow its own pitch and roll, but keeps the strength of the field. Coils that are switched give few
+    values, and iron of constant strength fits any few values: the channels must then leave hardly more than the iron.
     """
     if recording.att_q is not None or _turning(recording, policy):
         return False
@@ -42,19 +42,19 @@ def _moved_by_channels(recording: Recording, strength_nT: float, policy: Policy)
     corrected_nT = _corrected_nT(recording, strength_nT, policy)
     off_nT = float(np.linalg.norm(corrected_nT, axis=1).std())
     keeps_strength = off_nT < policy.still_strength * float(np.linalg.norm(corrected_nT.std(axis=0)))
-    return not keeps_strength or rms(left_nT) < policy.still_left * off_nT
+    return not keeps_strength or rms(left_nT) < policy.still_residual * off_nT
 
 
 def still_problem(recording: Recording, effects: tuple[Effect, ...], policy: Policy) -> LinearProblem:
-    """The problem of three axes about a constant, see `LinearProblem`: iron and field are one there."""
-    return beside_known(lambda seen: _about_a_constant(seen, policy), recording, effects)
+    """The problem of three axes about a constant, see `LinearProblem`: iron and field are not separable at rest."""
+    return pose_without_model_effects(lambda seen: _about_a_constant(seen, policy), recording, effects)
 
 
 def _about_a_constant(recording: Recording, policy: Policy) -> LinearProblem:
     n = len(recording)
     constant = np.tile(np.median(recording.mag_nT, axis=0), (n, 1))
-    left = recording.mag_nT - constant
-    sigma = noise_of_neighbours(left, recording.mag_nT, recording.time_s, policy)
+    residual = recording.mag_nT - constant
+    sigma = noise_of_neighbours(residual, recording.mag_nT, recording.time_s, policy)
     zero = np.zeros((n, 3))
     state = State(
         R_wb=np.tile(np.eye(3), (n, 1, 1)),
@@ -70,13 +70,13 @@ def _about_a_constant(recording: Recording, policy: Policy) -> LinearProblem:
         effects=(),
         mode="vector",
         base=np.ones((n, 1)),
-        target=left / sigma,
+        target=residual / sigma,
         sigma_nT=sigma,
         usable=np.ones(n),
         turn=np.eye(3),
         clean_nT=constant,
         predicted_nT=constant,
-        has=measured(recording) - {"rate", "position"},
+        inputs=measured(recording) - {"rate", "position"},
         policy=policy,
         still=True,
     )
@@ -88,20 +88,20 @@ def _turning(recording: Recording, policy: Policy) -> bool:
 
 
 def _corrected_nT(recording: Recording, strength_nT: float, policy: Policy) -> Array:
-    """The field (n, 3) by the iron that makes its strength the given one, as far as iron can."""
+    """Field (n, 3) corrected by the iron that best reproduces the given strength."""
     m = recording.mag_nT
     block = max(1, round(policy.block_s / float(np.median(np.diff(recording.time_s)))))
-    return np.asarray(fitted_iron(m, np.full(len(m), strength_nT), block, policy).field_nT(m))
+    return np.asarray(fit_iron_by_strength(m, np.full(len(m), strength_nT), block, policy).field_nT(m))
 
 
 def _left_by_channels_nT(recording: Recording) -> Array:
-    """What a straight line in every current and channel leaves (n, 3) of the field about its mean."""
+    """Residual (n, 3) of the field about its mean after linear regression on currents and channels."""
     columns: list[Array] = list(recording.channels.values())
     if recording.current_A is not None:
         columns += list(recording.current_A.T)
-    moving = [one - one.mean() for one in columns if np.isfinite(one).all() and np.ptp(one) > 0]
+    moving = [column - column.mean() for column in columns if np.isfinite(column).all() and np.ptp(column) > 0]
     m: Array = recording.mag_nT - recording.mag_nT.mean(axis=0)
     if not moving:
         return m
-    X = np.stack([one / one.std() for one in moving], axis=1)
+    X = np.stack([column / column.std() for column in moving], axis=1)
     return np.asarray(m - X @ np.linalg.lstsq(X, m, rcond=1e-9)[0])

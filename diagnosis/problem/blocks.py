@@ -1,4 +1,4 @@
-"""Least squares cut into folds and blocks of time: sums once, then every fit and held-out score from them alone."""
+"""Least squares cut into folds and blocks of time: fits and held-out scores from sums computed once."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from scenarios.arrays import Array
 
 @dataclass(frozen=True)
 class Cut:
-    """How n samples are cut: `length` samples a block, `m` whole blocks; what is left at the end is not used.
+    """Division of n samples into m blocks of `length` samples; samples after the last block are not used.
 
-    Every `segment` blocks are one segment, which is held out or trained on as a whole; the segments go round `folds`
-    folds.
+    `segment` consecutive blocks form a segment, held out or trained on as a whole; segments are assigned in turn to
+    `folds` folds.
     """
 
     length: int
@@ -28,21 +28,21 @@ class Cut:
 
     @classmethod
     def of(cls, n: int, interval_s: float, policy: Policy) -> Cut:
-        """Blocks of `block_s`, shorter where the record has not `least_blocks` of them."""
+        """Blocks of `block_s`, shorter where the recording would have fewer than `least_blocks`."""
         length = max(2, min(round(policy.block_s / interval_s), n // policy.least_blocks))
         return cls(length, n // length, policy.segment_blocks, policy.splits)
 
     @property
     def fold(self) -> NDArray[np.intp]:
-        """The fold (m,) of each block."""
+        """Fold (m,) of each block."""
         return np.asarray(np.arange(self.m) // self.segment % self.folds)
 
     def blocks(self, values: Array) -> Array:
-        """(n, ...) as (m, length, ...)."""
+        """Values (n, ...) as blocks (m, length, ...)."""
         return values[: self.m * self.length].reshape(self.m, self.length, *values.shape[1:])
 
     def means(self, values: Array) -> Array:
-        """Means (m, ...) of values (n, ...) over the blocks."""
+        """Block means (m, ...) of values (n, ...)."""
         return np.asarray(self.blocks(values).mean(axis=1))
 
     def products(self, left: Array, right: Array) -> Array:
@@ -59,10 +59,10 @@ class Cut:
         return out
 
 
-def held_out(policy: Policy) -> Iterator[NDArray[np.bool_]]:
-    """Which folds (splits,) each split holds out; the others are trained on.
+def held_out_folds(policy: Policy) -> Iterator[NDArray[np.bool_]]:
+    """Masks (splits,) of the folds that each split holds out; the remaining folds are trained on.
 
-    The first one trains on the start, in whose state alone what remembers begins, and on the end.
+    The first split trains on the start, the initial state of effects with memory, and on the end.
     """
     for split in range(1, policy.splits + 1):
         yield np.asarray((np.arange(policy.splits) - split) % policy.splits < policy.held_segments)
@@ -70,12 +70,12 @@ def held_out(policy: Policy) -> Iterator[NDArray[np.bool_]]:
 
 @dataclass(frozen=True)
 class Sums:
-    """Sums of a problem's columns: base B (p), candidates E (k), target y (q outputs).
+    """Sums of the columns of a problem: base B (p), effects E (k), target y (q outputs).
 
-    BB (f, p, p), BE (f, p, q, k), EE (f, k, k), By (f, p, q), Ey (f, k), yy (f,): products over each of f folds; B1
-    (m, p), E1 (m, q, k), y1 (m, q): plain sums over each of m blocks, for their means; count (m,) samples.
-    The outputs share one base, with coefficients of their own. Where they have the coefficients in common, each with
-    columns of its own, the outputs are further rows: BE (f, p, 1, k), By (f, p, 1), B1 (m, q, p).
+    BB (f, p, p), BE (f, p, q, k), EE (f, k, k), By (f, p, q), Ey (f, k), yy (f,): products over each of f folds; B1 (m,
+    p), E1 (m, q, k), y1 (m, q): sums over each of m blocks; count (m,): samples. The outputs have one base and
+    coefficients of their own. With shared coefficients and a base for each output, the outputs are further rows: BE (f,
+    p, 1, k), By (f, p, 1), B1 (m, q, p).
     """
 
     BB: Array
@@ -91,18 +91,18 @@ class Sums:
 
     @property
     def width(self) -> int:
-        """How many candidate columns there are."""
+        """Number k of effect columns."""
         return int(self.EE.shape[1])
 
     @property
-    def everything(self) -> NDArray[np.bool_]:
-        """All folds (f,)."""
+    def all_folds(self) -> NDArray[np.bool_]:
+        """Mask (f,) of all folds."""
         return np.ones(len(self.yy), bool)
 
 
 def sums(cut: Cut, base: Array, columns: Array, target: Array, usable: Array) -> Sums:
-    """The sums of base (n, p), or (n, q, p) with common coefficients, columns (n, q, k) and target (n, q)."""
-    B, y = _beside(base, target[:, :, None])
+    """Sums of base (n, p), or (n, q, p) with shared coefficients, columns (n, q, k) and target (n, q)."""
+    B, y = _as_rows(base, target[:, :, None])
     q, f, p, r = target.shape[1], cut.folds, B.shape[2], y.shape[2]
     bare = Sums(
         BB=cut.products(B, B),
@@ -116,15 +116,17 @@ def sums(cut: Cut, base: Array, columns: Array, target: Array, usable: Array) ->
         y1=cut.blocks(target).sum(axis=1),
         count=cut.blocks(usable).sum(axis=1),
     )
-    return joined(bare, cut, base, (), columns, target)
+    return extend_sums(bare, cut, base, (), columns, target)
 
 
-def joined(s: Sums, cut: Cut, base: Array, inside: Sequence[Array], columns: Array, target: Array) -> Sums:
-    """The sums with further columns (n, q, k) behind those groups (n, q, .) that they are of."""
+def extend_sums(
+    s: Sums, cut: Cut, base: Array, accepted_columns: Sequence[Array], columns: Array, target: Array
+) -> Sums:
+    """Sums extended by columns (n, q, k), given the accepted column groups (n, q, .) already in the sums."""
     none = np.zeros((cut.folds, 0, columns.shape[2]))
-    across = np.concatenate([none, *(cut.products(one, columns) for one in inside)], axis=1)
+    across = np.concatenate([none, *(cut.products(accepted, columns) for accepted in accepted_columns)], axis=1)
     own = cut.products(columns, columns)
-    taken = cut.products(*_beside(base, columns)).reshape(*s.BE.shape[:3], columns.shape[2])
+    taken = cut.products(*_as_rows(base, columns)).reshape(*s.BE.shape[:3], columns.shape[2])
     upper, lower = np.concatenate([s.EE, across], axis=2), np.concatenate([across.transpose(0, 2, 1), own], axis=2)
     return replace(
         s,
@@ -135,15 +137,15 @@ def joined(s: Sums, cut: Cut, base: Array, inside: Sequence[Array], columns: Arr
     )
 
 
-def _beside(base: Array, columns: Array) -> tuple[Array, Array]:
-    """Rows of base (n, r, p) and columns (n, q, k): all outputs beside one row, or each beside its own."""
+def _as_rows(base: Array, columns: Array) -> tuple[Array, Array]:
+    """Base (n, r, p) and columns (n, r, .) as rows: all outputs in one row, or a row for each output."""
     n, q, k = columns.shape
     return (base[:, None, :], columns.reshape(n, 1, q * k)) if base.ndim == 2 else (base, columns)
 
 
 @dataclass(frozen=True)
 class BlockFit:
-    """Base coefficients beta (p, q), or common ones (p, 1), candidates' c (k,), and the inverse normal matrix of c."""
+    """Coefficients beta (p, q), or (p, 1) if shared, of the base, c (k,) of the effects, and c's covariance."""
 
     beta: Array
     c: Array
@@ -151,7 +153,7 @@ class BlockFit:
 
 
 def fit(s: Sums, use: NDArray[np.bool_]) -> BlockFit:
-    """Least squares on the folds `use` (f,): c from the base's orthogonal complement, then beta."""
+    """Least squares on the folds `use` (f,): c from the orthogonal complement of the base, then beta."""
     BB, BE, EE = s.BB[use].sum(axis=0), s.BE[use].sum(axis=0), s.EE[use].sum(axis=0)
     By, Ey = s.By[use].sum(axis=0), s.Ey[use].sum(axis=0)
     inverse = np.linalg.pinv(BB, rcond=1e-13, hermitian=True)
@@ -173,18 +175,18 @@ def squares(s: Sums, f: BlockFit, use: NDArray[np.bool_]) -> float:
 
 
 def block_sums(s: Sums, f: BlockFit) -> Array:
-    """Sum of the residual in each block (m, q)."""
+    """Sums (m, q) of the residual over each block."""
     return np.asarray(s.y1 - (s.B1 @ f.beta).reshape(s.y1.shape) - s.E1 @ f.c)
 
 
 def colour(total: Array, count: Array, policy: Policy) -> float:
-    """W: variance of block means over that of white noise of variance one, averaged over outputs; 1 if white."""
+    """W: variance of block means over the variance for unit white noise, averaged over outputs; 1 for white noise."""
     full = count > policy.filled_block * count.max()
     return float(white_ratios(total[full], count[full]).mean()) if full.any() else 1.0
 
 
 def inflation(s: Sums, f: BlockFit, policy: Policy) -> float:
-    """V = max(1, W over 5 s, 20 s and 80 s): by how much the residual's colour inflates a log-likelihood ratio."""
+    """V = max(1, W over 5 s, 20 s and 80 s): inflation of a log-likelihood ratio by coloured residuals."""
     total, count = block_sums(s, f), s.count
     worst = 1.0
     for several in policy.colour_blocks:

@@ -1,4 +1,4 @@
-"""Recorded channels without their own white noise, which is no cause of anything."""
+"""Smoothing of recorded channels: their white measurement noise causes no disturbance."""
 
 from __future__ import annotations
 
@@ -12,13 +12,12 @@ from calib.numerics.noise import white_noise_std
 from diagnosis.problem.linear import LinearProblem
 from recordings.channels import SCALAR
 from scenarios.arrays import Array
-from sim.effects.channels import ChannelEffect
 
 
 def without_their_noise(problem: LinearProblem) -> LinearProblem:
-    """The problem with its channels smoothed, but for those whose noise the magnetometer sees too: that is no noise.
+    """The problem with smoothed channels, except channels whose noise is signal in the magnetometer.
 
-    An effect that follows a channel with errors of its own comes out too small, and rather late than noisy.
+    An effect driven by a noisy channel is estimated too small, and its lag too long.
     """
     channels = dict(problem.state.channels)
     for name, x in problem.state.channels.items():
@@ -29,9 +28,9 @@ def without_their_noise(problem: LinearProblem) -> LinearProblem:
 
 
 def smoothed(x: Array, bands: int) -> Array:
-    """A series (n,) less its white noise: Wiener's filter ``max(0, 1 - s^2 / P)`` of a mirrored series.
+    """A series (n,) without white noise: Wiener filter ``max(0, 1 - s^2 / P)`` of the mirrored series.
 
-    P : power in bands evenly spaced in log frequency; s : white noise by the differences of neighbours.
+    P : power in bands evenly spaced in log frequency; s : white noise from differences of neighbours.
     """
     std = float(white_noise_std(x[:, None])[0])
     spectrum = dct(x, norm="ortho")
@@ -42,8 +41,8 @@ def smoothed(x: Array, bands: int) -> Array:
 
 
 def _is_seen(problem: LinearProblem, taken: Array) -> bool:
-    """Whether what is taken from a channel (n,) is seen in the target, on any axis of the sensor."""
-    columns = problem.whitened(taken[:, None, None] * np.eye(3), ChannelEffect)
+    """Whether the noise removed from a channel (n,) is correlated with the target, on any sensor axis."""
+    columns = problem.sensor_axes(taken)
     squares = np.maximum((columns**2).sum(axis=(0, 1)), 1e-300)
     nats = (np.einsum("nqk,nq->k", columns, problem.target) ** 2 / squares).sum() / 2
     return bool(nats > problem.policy.apart)

@@ -1,4 +1,4 @@
-"""The problem that a recording and a model pose."""
+"""Formulation of the problem from a recording and a model."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from diagnosis.policy import STANDARD, Policy
 from diagnosis.problem.at_rest import at_rest, still_problem
 from diagnosis.problem.channels import without_their_noise
 from diagnosis.problem.level import Level
-from diagnosis.problem.linear import Instead, LinearProblem
+from diagnosis.problem.linear import LinearProblem, ReferenceCorrection
 from diagnosis.problem.relative import recorded_reference, relative_problem
-from diagnosis.problem.repeated_attitude import Steady, between_repeats
+from diagnosis.problem.repeated_attitude import ContinuousAttitude, interpolate_attitude
 from diagnosis.problem.strength import strength_problem
 from diagnosis.problem.track import FieldTrack
-from diagnosis.problem.vector import stating, vector_problem
+from diagnosis.problem.vector import vector_problem, with_attitude_std
 from recordings import Recording
 from scenarios.arrays import Array
 from scenarios.errors import InputError
@@ -28,10 +28,10 @@ from sim.scenario import Model, Scenario
 from validation.text import duration
 
 NOMINAL_NT = 5e4
-"""Strength of a field that nobody states: it scales a fit without attitude and decides nothing."""
+"""Strength in place of an unstated field: scales a fit without attitude, without effect on decisions."""
 
 LONGEST_S = min(p.high for effect in EFFECTS for p in effect.parameters() if p.role == "moment")
-"""Beyond it no effect has a moment."""
+"""Upper bound of the step-time parameters of all effects."""
 
 
 def pose(
@@ -43,14 +43,14 @@ def pose(
     track: FieldTrack | None = None,
     level: Level | None = None,
 ) -> LinearProblem:
-    """The problem of a recording; with attitude and the field's vector in vector mode, else with its strength only.
+    """The problem of a recording: in vector mode with attitude and field vector, in strength mode otherwise.
 
-    With a level in place of an attitude the dip is compared beside the strength. Another magnetometer is the reference
-    where there is one. At rest without attitude every axis is compared with a constant. With a track the field and its
-    strength are those of its middle place, and change along it.
+    With a level in place of attitude the dip is compared as well. A recorded reference magnetometer replaces the field.
+    At rest without attitude every axis is compared with a constant. With a track, field and strength hold at its middle
+    place and vary along the track.
 
-    Raises InputError for a recording too short to cut into training and held-out segments, or longer than effects know
-    moments for, and in strength mode for one whose motion does not determine an ellipsoid.
+    Raises InputError for a recording too short for held-out segments or longer than `LONGEST_S`, and in strength mode
+    for a motion that does not determine an ellipsoid.
     """
     _check_length(recording, policy)
     if (reference_nT := recorded_reference(recording)) is not None:
@@ -75,7 +75,7 @@ def _check_length(recording: Recording, policy: Policy) -> None:
         raise InputError(what, where="recording", do=do)
 
 
-def posed(
+def pose_model(
     recording: Recording,
     model: Model,
     field_enu_nT: Array | None,
@@ -84,50 +84,54 @@ def posed(
     iron_known: bool = True,
     policy: Policy = STANDARD,
 ) -> LinearProblem:
-    """The problem of a recording and a model, with the model's field where no other is given.
+    """The problem of a recording and a model, with the model's field unless a field is given.
 
-    Where the model's iron is not known it is fitted in its place.
+    With `iron_known` false the model's iron is replaced by a fit.
 
-    Raises InputError as `pose` does, and for a bad effect table of the model.
+    Raises InputError as `pose` does, and for an invalid effect table of the model.
     """
     effects = model.chain() if iron_known else without_iron(model.chain())
     track = FieldTrack.of(recording, model.field)
     if field_enu_nT is None and model.field is not None:
         field_enu_nT = _field_enu_nT(model.field, track)
     strength = strength_nT or NOMINAL_NT if field_enu_nT is None else float(np.linalg.norm(field_enu_nT))
-    steady = between_repeats(recording, policy)
-    problem = _told(steady, pose(steady.recording, field_enu_nT, strength, effects, policy, track))
+    steady = interpolate_attitude(recording, policy)
+    problem = _with_correction(steady, pose(steady.recording, field_enu_nT, strength, effects, policy, track))
     stated_deg = 0.0
     if isinstance(model, Scenario) and not problem.relative:
         stated_deg = model.navigation.attitude_noise_std_deg
     known = iron_known and not (problem.still or problem.relative)
-    return stating(replace(problem, iron_known=known), float(np.radians(stated_deg)))
+    return with_attitude_std(replace(problem, iron_known=known), float(np.radians(stated_deg)))
 
 
-def posed_anew(
-    problem: LinearProblem, recording: Recording, field_enu_nT: Array | None, done: Instead, level: Level | None = None
+def pose_again(
+    problem: LinearProblem,
+    recording: Recording,
+    field_enu_nT: Array | None,
+    done: ReferenceCorrection,
+    level: Level | None = None,
 ) -> LinearProblem:
-    """The problem of a recording and a field, None for its strength (and dip) alone, with all else as it was.
+    """The problem of a corrected recording and field, None for strength (and dip) alone; all else unchanged.
 
-    done : what was found wrong before, and the field (3,) that holds now. Raises InputError as `pose` does.
+    done : the correction, with the field (3,) that now holds. Raises InputError as `pose` does.
     """
     strength_nT = float(np.linalg.norm(done.field_enu_nT))
     anew = pose(recording, field_enu_nT, strength_nT, problem.effects, problem.policy, problem.track, level)
-    kept = replace(anew, iron_known=problem.iron_known, instead=(*problem.instead, done))
-    return stating(kept, problem.attitude_std_rad).without(problem.usable == 0)
+    kept = replace(anew, iron_known=problem.iron_known, corrections=(*problem.corrections, done))
+    return with_attitude_std(kept, problem.attitude_std_rad).without(problem.usable == 0)
 
 
-def _told(steady: Steady, problem: LinearProblem) -> LinearProblem:
-    """The problem with what was done about an attitude that repeats, and without the rows after its last value."""
+def _with_correction(steady: ContinuousAttitude, problem: LinearProblem) -> LinearProblem:
+    """The problem with a note on an interpolated attitude, and without the rows after the attitude's last value."""
     if not (steady.repeated and problem.turns):
         return problem
     share = f"{100 * steady.repeated:.0f} %"
     words = f"The attitude is repeated in {share} of the rows, and was taken between its own values."
     figures = "Log the attitude with its own times, or leave the cells empty in which it is not new."
-    told = Instead(words, figures, problem.state.field_enu_nT)
-    return replace(problem, instead=(told,)).without(steady.unknown)
+    told = ReferenceCorrection(words, figures, problem.state.field_enu_nT)
+    return replace(problem, corrections=(told,)).without(steady.unknown)
 
 
 def _field_enu_nT(given: FieldSpec, track: FieldTrack | None) -> Array:
-    """The stated field (3,), that of a date at the middle of a track where there is one."""
+    """Field (3,) of the model; for a model by date, at the middle of the track if there is a track."""
     return earth_field_enu_nT(given) if track is None or given.enu_nT is not None else track.field_enu_nT(given)

@@ -1,4 +1,4 @@
-"""Hard and soft iron from the strength of the field: robust, beside a weak prior, however little a motion shows."""
+"""Hard and soft iron from the strength of the field: robust, with a weak prior for unobservable directions."""
 
 from __future__ import annotations
 
@@ -7,50 +7,50 @@ from dataclasses import dataclass
 import numpy as np
 
 from diagnosis.policy import Policy
-from diagnosis.problem.iron_fit import SETTLED, Iron, fitted, unit_of
+from diagnosis.problem.iron_fit import SETTLED, Iron, fit_iron, unit_of
 from scenarios.arrays import Array
 
 PAIRS = (np.array([0, 1, 2, 0, 0, 1]), np.array([0, 1, 2, 1, 2, 2]))
 """Rows and columns of the six elements of a symmetric matrix."""
 
 
-def fitted_iron(measured_nT: Array, strength_nT: Array, block: int, policy: Policy) -> Iron:
-    """Iron by which measurements (n, 3) have the field's strength F (n,): ``min sum (|M (m - o)| - F)^2 / v + prior``.
+def fit_iron_by_strength(measured_nT: Array, strength_nT: Array, block: int, policy: Policy) -> Iron:
+    """Iron for measurements m (n, 3) with field strength F (n,): ``min sum (|M (m - o)| - F)^2 / v + prior``.
 
-    M is symmetric; v and what is left out: see `iron_task.fitted`. No motion is refused: where it shows nothing the
-    prior stands, M = 1 and o = 0.
+    M is symmetric; v and outliers: see `iron_fit.fit_iron`. Every motion is accepted: in unobservable directions the
+    prior holds, M = 1 and o = 0.
     """
     unit, middle_nT = unit_of(measured_nT, strength_nT, policy)
     task = ByStrength(measured_nT * (unit / middle_nT), strength_nT / middle_nT, policy)
-    matrix, offset = parts(fitted(task, block, policy))
+    matrix, offset = parts(fit_iron(task, block, policy))
     return Iron(matrix * unit, offset * middle_nT / unit)
 
 
 @dataclass(frozen=True, eq=False)
 class ByStrength:
-    """``|M (y - o)| - F`` of measurements y (n, 3) and strengths F (n,): nine numbers."""
+    """``|M (y - o)| - F`` of measurements y (n, 3) and strengths F (n,), with nine parameters."""
 
     y: Array
     F: Array
     policy: Policy
 
     @property
-    def middle(self) -> Array:
-        """The unit matrix and no offset."""
+    def prior_mean(self) -> Array:
+        """Unit matrix and no offset."""
         return np.concatenate([np.eye(3)[PAIRS], np.zeros(3)])
 
     @property
-    def prior(self) -> Array:
-        """Of the six elements and the offset (9,)."""
+    def prior_std(self) -> Array:
+        """Standard deviations (9,) of the six elements and the offset."""
         return np.repeat([self.policy.matrix_prior, self.policy.offset_prior], [6, 3])
 
-    def left(self, theta: Array) -> Array:
-        """``|M (y - o)| - F`` (n, 1)."""
+    def residual(self, theta: Array) -> Array:
+        """Residuals ``|M (y - o)| - F`` (n, 1)."""
         matrix, offset = parts(theta)
         return np.asarray(np.linalg.norm((self.y - offset) @ matrix, axis=1) - self.F)[:, None]
 
-    def slopes(self, theta: Array) -> Array:
-        """Derivatives (n, 1, 9) by the nine numbers."""
+    def jacobian(self, theta: Array) -> Array:
+        """Derivatives (n, 1, 9) of the residuals."""
         matrix, offset = parts(theta)
         from_offset = self.y - offset
         h = from_offset @ matrix
@@ -61,7 +61,7 @@ class ByStrength:
 
 
 def parts(theta: Array) -> tuple[Array, Array]:
-    """Symmetric matrix (3, 3) and offset (3,) of nine numbers."""
+    """Symmetric matrix (3, 3) and offset (3,) from nine parameters."""
     upper = np.zeros((3, 3))
     upper[PAIRS] = theta[:6]
     return upper + upper.T - np.diag(np.diag(upper)), theta[6:]

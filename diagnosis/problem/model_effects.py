@@ -1,4 +1,4 @@
-"""What the model's own effects add where no attitude is compared: taken off the measurement before iron is fitted."""
+"""Subtraction of the model's own effects from the measurement before iron is fitted, where no attitude is compared."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ from sim.state import State
 
 Pose = Callable[[Recording], LinearProblem]
 UNSEEN_BY_STRENGTH = frozenset({"attitude", "position"})
-"""What an effect may need that a strength alone does not show."""
+"""Inputs of effects that are not observable in the strength alone."""
 STEPS = 2
-"""Times that the model's effects are found along the field that is left without them."""
+"""Number of iterations between the field and the model's effects along the field."""
 
 
 def seen_by(problem: LinearProblem) -> frozenset[str]:
-    """What a problem holds of the causes that effects need."""
-    return problem.has - UNSEEN_BY_STRENGTH if problem.mode == "strength" else problem.has
+    """Recorded inputs of effects that are observable in a problem."""
+    return problem.inputs - UNSEEN_BY_STRENGTH if problem.mode == "strength" else problem.inputs
 
 
-def beside_known(pose: Pose, recording: Recording, effects: Sequence[Effect]) -> LinearProblem:
-    """The problem posed of a recording less what effects add beyond iron, along the field that it finds.
+def pose_without_model_effects(pose: Pose, recording: Recording, effects: Sequence[Effect]) -> LinearProblem:
+    """The problem of a recording less the model's effects other than iron, evaluated along the estimated field.
 
-    The iron is fitted anew, in place of theirs. Effects whose causes were not recorded are left out, and so are those
-    that are random, or done to each value.
+    Iron is fitted in place of the model's. Effects without recorded inputs, random effects and effects of the converter
+    are left out.
     """
     problem = pose(recording)
-    known = [one for one in effects if set(one.needs) <= seen_by(problem) and not one.traits.converter]
+    known = [effect for effect in effects if set(effect.needs) <= seen_by(problem) and not effect.traits.converter]
     added_nT = np.zeros_like(recording.mag_nT)
     for _ in range(STEPS if any(map(_is_beyond_iron, known)) else 0):
         added_nT = beyond_iron_nT(known, problem.state)
@@ -43,8 +43,8 @@ def beside_known(pose: Pose, recording: Recording, effects: Sequence[Effect]) ->
 
 
 def beyond_iron_nT(effects: Sequence[Effect], state: State) -> Array:
-    """What a chain of effects adds (n, 3) to what its iron alone makes of the field."""
-    iron = [one for one in effects if one.traits.absorbed]
+    """Contribution (n, 3) of a chain of effects less the contribution of its iron alone."""
+    iron = [effect for effect in effects if effect.traits.absorbed]
     return apply_deterministic(effects, state)[0] - apply_deterministic(iron, state)[0]
 
 

@@ -1,4 +1,4 @@
-"""The motion of a recording: what was measured of it, and the rate that is least noisy."""
+"""Motion of a recording: recorded inputs of effects, interpolated attitude, and the body rate with the least noise."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from scenarios.arrays import Array
 
 
 def measured(recording: Recording) -> frozenset[str]:
-    """What a recording holds of the causes that effects need."""
+    """Inputs of effects that a recording holds."""
     present = {
         "attitude": recording.att_q is not None,
         "rate": recording.gyro_rad_s is not None or recording.att_q is not None,
@@ -29,19 +29,19 @@ def measured(recording: Recording) -> frozenset[str]:
 
 
 def attitude_course(time_s: Array, q: Array) -> CubicSpline:
-    """Quaternions (n, 4) as a course in time, their sign the same from row to row."""
+    """Quaternions (n, 4) as a cubic spline of time, with signs made continuous."""
     signs = np.cumprod(np.where((q[1:] * q[:-1]).sum(axis=1) < 0, -1.0, 1.0))
     return CubicSpline(time_s, q * np.concatenate([[1.0], signs])[:, None])
 
 
 def attitude_at(course: CubicSpline, time_s: Array) -> Array:
-    """Quaternions (n, 4) of a course at other times, the last one held."""
+    """Quaternions (n, 4) of a spline at given times, constant after the last knot."""
     q = course(np.minimum(time_s, course.x[-1]))
     return np.ascontiguousarray(q / np.linalg.norm(q, axis=1, keepdims=True))
 
 
 def course(recording: Recording) -> dict[str, Any]:
-    """What the state takes from a recording as it is; zero for what was not measured."""
+    """Fields of the state copied from a recording; zero where not measured."""
     n = len(recording)
     time_s = recording.time_s - recording.time_s[0]
     zero = np.zeros((n, 3))
@@ -55,7 +55,7 @@ def course(recording: Recording) -> dict[str, Any]:
 
 
 def quieter_rate(recording: Recording, policy: Policy) -> Array:
-    """Body rate (n, 3): the gyro's or the derivative of an attitude that is not held, whichever is less noisy."""
+    """Body rate (n, 3): gyroscope or derivative of a non-repeating attitude, whichever has less noise."""
     derived = body_rate(replace(recording, gyro_rad_s=None))
     assert derived is not None
     gyro, q = recording.gyro_rad_s, recording.att_q

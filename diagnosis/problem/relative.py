@@ -1,4 +1,4 @@
-"""The problem of one magnetometer against another: the other's reading, turned and scaled, is the field."""
+"""Problem of one magnetometer against a reference magnetometer, whose rotated and scaled reading is the field."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from sim.scenario import Model
 from sim.state import State
 
 UNSEEN = frozenset({"attitude", "position"})
-"""What an effect may need that two magnetometers do not show: a field of the earth's frame is in both."""
+"""Inputs of effects not observable between two magnetometers: fields of the Earth's frame act on either."""
 
 
 def recorded_reference(recording: Recording) -> Array | None:
-    """The reading (n, 3) in nT of the magnetometer that is the reference, None where there is none.
+    """Reading (n, 3) in nT of the reference magnetometer, None without a reference.
 
-    Raises InputError for one that lacks an axis or has values that are no field.
+    Raises InputError for a missing axis, and for rows without a field.
     """
     there = [name for name in REFERENCE if name in recording.channels]
     if not there:
@@ -46,11 +46,11 @@ def recorded_reference(recording: Recording) -> Array | None:
 
 
 BY_MODEL = ", or a --model whose [field] has latitude_deg, longitude_deg and date"
-"""What a diagnosis may be told of the field in place of itself."""
+"""Alternative to a stated field, for messages."""
 
 
 def needs_field(recording: Recording, model: Model, *, stated: bool) -> bool:
-    """Whether the earth's field is to be asked for; InputError where it is stated beside another reference."""
+    """Whether the Earth's field must be given; InputError for a field stated besides a reference magnetometer."""
     if recorded_reference(recording) is None:
         return stated or (model.field is None and measured_strength(recording) is None)
     if stated:
@@ -62,12 +62,12 @@ def needs_field(recording: Recording, model: Model, *, stated: bool) -> bool:
 def relative_problem(
     recording: Recording, reference_nT: Array, effects: tuple[Effect, ...], policy: Policy
 ) -> LinearProblem:
-    """The problem of the three axes, see `LinearProblem`, about another magnetometer's reading r (n, 3).
+    """The problem of the three axes, see `LinearProblem`, with a reference magnetometer r (n, 3) as the field.
 
-    ``y = A r + o + effects + noise``, A (3, 3) and o free: how the two sit and are scaled, and the iron of both. The
-    effects are in the axes of the first, the model's own beside its iron, which A and o are in place of. What is left
-    has the noise of both. What both feel alike, in the measure of A, is not seen; what r alone feels has the other
-    sign. Attitude and position are not used.
+    ``y = A r + o + effects + noise``, A (3, 3) and o free: mounting, scale, and the iron of either sensor. Effects are
+    in the axes of the first sensor; the model's iron is replaced by A and o. The residual has the noise of either
+    sensor. Common disturbances, scaled by A, are not observable; disturbances of r alone have the opposite sign.
+    Attitude and position are not used.
     """
     bare = replace(recording, att_q=None, pos_enu_m=None)
     seen = replace(bare, channels={name: x for name, x in bare.channels.items() if name not in REFERENCE})
@@ -76,30 +76,30 @@ def relative_problem(
     predicted, _ = apply_deterministic(kept, state)
     base = np.column_stack([predicted / float(np.linalg.norm(reference_nT, axis=1).mean()), np.ones(len(recording))])
     clean = base @ np.linalg.lstsq(base, recording.mag_nT, rcond=None)[0]
-    left = recording.mag_nT - clean
-    sigma = sample_noise(left)
+    residual = recording.mag_nT - clean
+    sigma = sample_noise(residual)
     return LinearProblem(
         recording=bare,
         state=state,
         effects=kept,
         mode="vector",
         base=base,
-        target=left / sigma,
+        target=residual / sigma,
         sigma_nT=sigma,
         usable=np.ones(len(recording)),
         turn=np.eye(3),
         clean_nT=clean,
         predicted_nT=predicted,
-        has=measured(seen) | (measured(recording) & {"rate"}),
+        inputs=measured(seen) | (measured(recording) & {"rate"}),
         policy=policy,
         relative=True,
     )
 
 
 def _turn(reference_nT: Array, mag_nT: Array, policy: Policy) -> Array:
-    """Matrix A (3, 3) from the reference's axes and scale to the sensor's, beside a prior about one (`matrix_prior`).
+    """Matrix A (3, 3) from the reference's axes and scale to the sensor's, with a prior about one (`matrix_prior`).
 
-    A direction that the motion shows by noise alone stays as it is.
+    Directions in which the motion shows only noise keep the prior.
     """
     r, m = (values - values.mean(axis=0) for values in (reference_nT, mag_nT))
     prior = np.eye(3) * float((sample_noise(m) ** 2).mean()) / policy.matrix_prior**2

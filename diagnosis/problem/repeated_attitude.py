@@ -1,4 +1,4 @@
-"""An attitude that is repeated row after row: a slower navigation's, in a log of the magnetometer's rate."""
+"""Interpolation of an attitude repeated over several rows, as logged from a slower navigation system."""
 
 from __future__ import annotations
 
@@ -14,22 +14,23 @@ from diagnosis.problem.repeated_rows import repeated
 from recordings import Recording
 
 
-class Steady(NamedTuple):
-    """A recording whose attitude goes on from row to row, the share that was repeated, rows (n,) after the last."""
+class ContinuousAttitude(NamedTuple):
+    """A recording with interpolated attitude, the share of repeated rows, and rows (n,) after the last value."""
 
     recording: Recording
     repeated: float
     unknown: NDArray[np.bool_]
 
 
-def between_repeats(recording: Recording, policy: Policy) -> Steady:
-    """The recording with its attitude (n, 4) going on between the rows in which it is new.
+def interpolate_attitude(recording: Recording, policy: Policy) -> ContinuousAttitude:
+    """The recording with its attitude (n, 4) interpolated between the rows with new values.
 
-    Only where it is new at one pace, by a row, beside few longer rests; it stays as it is for these, but for one pace
-    at their end. Nothing is known after the last. The share is 0 where nothing was done.
+    Requires new values at a constant interval, within a row, and few longer rests. In a rest the attitude is constant
+    up to one interval before the end. After the last value the attitude is unknown. The share is 0 where nothing was
+    interpolated.
     """
     q, n = recording.att_q, len(recording)
-    as_it_is = Steady(recording, 0.0, np.zeros(n, np.bool_))
+    as_it_is = ContinuousAttitude(recording, 0.0, np.zeros(n, np.bool_))
     if q is None:
         return as_it_is
     new = np.flatnonzero(np.concatenate([[True], (np.diff(q, axis=0) != 0).any(axis=1)]))
@@ -42,10 +43,10 @@ def between_repeats(recording: Recording, policy: Policy) -> Steady:
     known = _known(new, pace)
     course = attitude_course(recording.time_s[known], q[known])
     going_on = replace(recording, att_q=attitude_at(course, recording.time_s))
-    return Steady(going_on, share, np.arange(n) > known[-1])
+    return ContinuousAttitude(going_on, share, np.arange(n) > known[-1])
 
 
 def _known(new: NDArray[np.intp], pace: int) -> NDArray[np.intp]:
-    """Rows (m,) whose attitude is known: where it is new, and in a rest all but the last pace."""
+    """Rows (m,) with known attitude: new values, and rests except for their last interval."""
     rests = np.flatnonzero(np.diff(new) > pace + 1)
     return np.unique(np.concatenate([new, *(np.arange(new[i], new[i + 1] - pace + 1) for i in rests)]))

@@ -1,4 +1,4 @@
-"""The problem of a recording whose heading is not known: the field's strength is compared, with a level its dip too."""
+"""Problem of a recording without heading: the strength of the field is compared, with a level the dip as well."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ import numpy as np
 
 from calib.numerics.rates import body_rate, smoothed_derivative
 from diagnosis.policy import Policy
-from diagnosis.problem.iron_by_dip import fitted_iron_and_dip
-from diagnosis.problem.iron_by_strength import fitted_iron
+from diagnosis.problem.iron_by_dip import fit_iron_by_dip
+from diagnosis.problem.iron_by_strength import fit_iron_by_strength
 from diagnosis.problem.iron_fit import Iron
 from diagnosis.problem.level import Level, dip_rad, upright
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.problem.model_effects import beside_known
+from diagnosis.problem.model_effects import pose_without_model_effects
 from diagnosis.problem.rates import course, measured
 from diagnosis.problem.repeated_rows import noise_of_neighbours
 from diagnosis.problem.track import FieldTrack
@@ -27,7 +27,7 @@ from sim.state import State
 from validation.signals.direction_rate import median_rate_rad_s
 
 TURN_STEP_S = 0.04
-"""Step over which a turn is seen: short beside that of a wheel, long beside the noise of a hand's sensor."""
+"""Time step of the turn rate: short beside a wheel's turn, long beside the noise of a hand-held sensor."""
 
 
 def strength_problem(
@@ -39,19 +39,19 @@ def strength_problem(
     track: FieldTrack | None = None,
     level: Level | None = None,
 ) -> LinearProblem:
-    """The problem of the strength, see `LinearProblem`, about iron fitted beside a known part of the disturbance.
+    """The problem of the strength, see `LinearProblem`, with iron fitted after a known disturbance is subtracted.
 
-    With the part d (n, 3) of the measurement m out, ``h = M (m - d - o)`` and ``u = h / |h|``; y is
-    ``|h| - F + u M d``: the same to first order wherever d is, so that effects and iron are found jointly in steps. A
-    scalar magnetometer beside it is the strength F sample by sample, whatever was given: it must be compensated.
-    With a level the dip is compared too: ``F (dip(h) - I) + v M d``, v the direction across u in which the dip grows.
-    What the model's effects add beyond iron is off m before all this.
+    With the part d (n, 3) of the measurement m subtracted, ``h = M (m - d - o)`` and ``u = h / |h|``; ``y = |h| - F + u
+    M d``, to first order independent of d, so that effects and iron are estimated jointly by iteration. A recorded
+    scalar magnetometer, which must be compensated, replaces the given F sample by sample. With a level the dip is
+    compared as well: ``F (dip(h) - I) + v M d``, v the direction across u of increasing dip. The model's effects other
+    than iron are subtracted from m first.
     """
 
     def bare(seen: Recording) -> LinearProblem:
         return _by_iron_alone(seen, strength_nT, policy, disturbance_nT, track, level)
 
-    return beside_known(bare, recording, effects)
+    return pose_without_model_effects(bare, recording, effects)
 
 
 def _by_iron_alone(
@@ -65,33 +65,35 @@ def _by_iron_alone(
     F = _strength(recording, strength_nT, track)
     known = np.zeros_like(recording.mag_nT) if disturbance_nT is None else disturbance_nT
     iron = _iron(replace(recording, mag_nT=recording.mag_nT - known), F[:, 0], policy, track, level)
-    sight, left = _compared(iron.field_nT(recording.mag_nT - known), F, track, level)
-    sigma = _noise_nT(left, recording, policy)
-    residual = left + np.einsum("nqi,ni->nq", sight, known @ iron.matrix.T)
-    state = _state(recording, sight[:, 0] * F, _given(float(np.median(F)) if track is None else strength_nT, level))
+    output_axes, deviation = _compared(iron.field_nT(recording.mag_nT - known), F, track, level)
+    sigma = _noise_nT(deviation, recording, policy)
+    residual = deviation + np.einsum("nqi,ni->nq", output_axes, known @ iron.matrix.T)
+    state = _state(
+        recording, output_axes[:, 0] * F, _given(float(np.median(F)) if track is None else strength_nT, level)
+    )
     clean = iron.measured_nT(state.field_nT)
     return LinearProblem(
         recording=recording,
         state=state,
         effects=(),
         mode="strength",
-        base=_base(sight, sigma),
+        base=_base(output_axes, sigma),
         target=residual / sigma,
         sigma_nT=sigma,
         usable=np.ones(len(recording)),
         turn=iron.turn,
         clean_nT=clean,
         predicted_nT=clean,
-        has=measured(recording) | {"rate"},  # of the field that is measured
+        inputs=measured(recording) | {"rate"},  # of the field that is measured
         policy=policy,
         track=track,
         level=level,
-        sight=sight,
+        output_axes=output_axes,
     )
 
 
 def _compared(field_nT: Array, F: Array, track: FieldTrack | None, level: Level | None) -> tuple[Array, Array]:
-    """Directions (n, q, 3) that strength and dip of a field (n, 3) are seen along, and by how much they err (n, q)."""
+    """Directions (n, q, 3) of strength and dip of a field (n, 3), and their residuals (n, q) in nT."""
     size = np.linalg.norm(field_nT, axis=1, keepdims=True)
     direction = field_nT / size
     if level is None:
@@ -102,20 +104,20 @@ def _compared(field_nT: Array, F: Array, track: FieldTrack | None, level: Level 
 
 
 def _noise_nT(left_nT: Array, recording: Recording, policy: Policy) -> Array:
-    """Noise of a sample (q,) of each of what is compared (n, q)."""
-    each = (noise_of_neighbours(one[:, None], recording.mag_nT, recording.time_s, policy) for one in left_nT.T)
+    """Noise of a sample (q,) of each residual (n, q)."""
+    each = (noise_of_neighbours(column[:, None], recording.mag_nT, recording.time_s, policy) for column in left_nT.T)
     return np.concatenate(list(each))
 
 
 def _given(strength_nT: float, level: Level | None) -> Array:
-    """The given field (3,); of a strength alone one to the north."""
+    """Given field (3,); towards north for a strength alone."""
     if level is None:
         return np.array([0.0, strength_nT, 0.0])
     return np.asarray(level.field_enu_nT / np.linalg.norm(level.field_enu_nT)) * strength_nT
 
 
 def _strength(recording: Recording, given_nT: float, track: FieldTrack | None) -> Array:
-    """The field's strength (n, 1) in nT: measured, or as given, with its change along a track."""
+    """Strength (n, 1) in nT: measured, or given with its change along a track."""
     measured_nT = measured_strength(recording)
     if measured_nT is not None:
         return measured_nT
@@ -123,9 +125,9 @@ def _strength(recording: Recording, given_nT: float, track: FieldTrack | None) -
 
 
 def measured_strength(recording: Recording) -> Array | None:
-    """The field's strength (n, 1) in nT by a scalar magnetometer beside the vector one, where all its values are known.
+    """Strength (n, 1) in nT of a recorded scalar magnetometer, None without complete values.
 
-    Raises InputError for one that is no strength of a field.
+    Raises InputError for values that are not positive.
     """
     known_nT = recording.channels.get(SCALAR)
     if known_nT is None or not np.isfinite(known_nT).all():
@@ -137,7 +139,7 @@ def measured_strength(recording: Recording) -> Array | None:
 
 
 def turn_rate_rad_s(problem: LinearProblem) -> float:
-    """How fast the measured field turns in the sensor's axes, in the median, over a step in which it is no noise."""
+    """Median turn rate of the measured field in sensor axes, over a time step that suppresses noise."""
     known_nT = problem.recording.mag_nT + (problem.state.field_nT[0] @ problem.turn.T - problem.clean_nT[0])
     u = known_nT @ np.asarray(np.linalg.inv(problem.turn), dtype=np.float64).T
     u /= np.linalg.norm(u, axis=1, keepdims=True)
@@ -145,13 +147,13 @@ def turn_rate_rad_s(problem: LinearProblem) -> float:
 
 
 def turns_too_fast(problem: LinearProblem) -> bool:
-    """Whether a field that is taken for one in a turning sensor, of which no turn was logged, turns as no vehicle."""
+    """Whether the field, assumed constant in a turning sensor without a logged turn, turns faster than any vehicle."""
     unseen = problem.mode == "strength" and problem.recording.gyro_rad_s is None and problem.recording.att_q is None
     return unseen and turn_rate_rad_s(problem) > problem.policy.fastest_turn
 
 
-def about(problem: LinearProblem, disturbance_nT: Array) -> LinearProblem:
-    """A strength problem about iron that was fitted with a disturbance (n, 3) of the measurement out."""
+def refit_iron(problem: LinearProblem, disturbance_nT: Array) -> LinearProblem:
+    """A strength problem with iron fitted after a disturbance (n, 3) of the measurement is subtracted."""
     strength_nT = float(np.linalg.norm(problem.state.field_enu_nT))
     anew = strength_problem(
         problem.recording,
@@ -164,7 +166,7 @@ def about(problem: LinearProblem, disturbance_nT: Array) -> LinearProblem:
     )
     state = replace(anew.state, channels=problem.state.channels)
     std_rad, known = problem.attitude_std_rad, problem.iron_known
-    kept = replace(anew, state=state, attitude_std_rad=std_rad, iron_known=known, instead=problem.instead)
+    kept = replace(anew, state=state, attitude_std_rad=std_rad, iron_known=known, corrections=problem.corrections)
     return kept.without(problem.usable == 0)
 
 
@@ -174,31 +176,32 @@ def _iron(
     interval_s = float(np.median(np.diff(recording.time_s)))
     block = max(1, round(policy.block_s / interval_s))
     if level is None:
-        return fitted_iron(recording.mag_nT, strength_nT, block, policy)
-    return fitted_iron_and_dip(recording.mag_nT, strength_nT, level.down, level.given_rad(track), block, policy)
+        return fit_iron_by_strength(recording.mag_nT, strength_nT, block, policy)
+    return fit_iron_by_dip(recording.mag_nT, strength_nT, level.down, level.given_rad(track), block, policy)
 
 
 def strength_columns(direction: Array) -> Array:
-    """Changes (n, 9) of the strength with a symmetric matrix and an offset, along unit directions (n, 3)."""
+    """Derivatives (n, 9) of the strength by a symmetric matrix and an offset, along unit directions (n, 3)."""
     pairs = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)]
     return np.column_stack([*(direction[:, i] * direction[:, j] for i, j in pairs), direction])
 
 
-def _base(sight: Array, sigma: Array) -> Array:
-    """The base (n, 9) of the strength, or (n, 2, 13) of strength and dip, seen along directions (n, q, 3)."""
-    return strength_columns(sight[:, 0]) if sight.shape[1] == 1 else dip_columns(sight) / sigma[:, None]
+def _base(output_axes: Array, sigma: Array) -> Array:
+    """Base (n, 9) of the strength, or (n, 2, 13) of strength and dip, along directions (n, q, 3)."""
+    return (
+        strength_columns(output_axes[:, 0]) if output_axes.shape[1] == 1 else dip_columns(output_axes) / sigma[:, None]
+    )
 
 
-def dip_columns(sight: Array) -> Array:
-    """Changes (n, 2, 13) of strength and dip with a matrix, an offset, and a constant error of the given dip.
+def dip_columns(output_axes: Array) -> Array:
+    """Derivatives (n, 2, 13) of strength and dip by a matrix, an offset, and a constant error of the given dip.
 
-    sight (n, 2, 3): unit directions of the field, and across it where the dip grows. Both have the coefficients in
-    common.
+    output_axes (n, 2, 3): unit directions of the field, and of increasing dip. The outputs share the coefficients.
     """
-    n, q, _ = sight.shape
-    elements = (sight[:, :, :, None] * sight[:, :1, None, :]).reshape(n, q, 9)
+    n, q, _ = output_axes.shape
+    elements = (output_axes[:, :, :, None] * output_axes[:, :1, None, :]).reshape(n, q, 9)
     constant = np.tile([[0.0], [1.0]], (n, 1, 1))
-    return np.concatenate([elements, sight, constant], axis=2)
+    return np.concatenate([elements, output_axes, constant], axis=2)
 
 
 def _state(recording: Recording, field: Array, field_enu_nT: Array) -> State:

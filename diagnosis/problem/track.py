@@ -1,4 +1,4 @@
-"""How the Earth's field changes along a track: latitude, longitude and altitude, as far as a recording holds them."""
+"""Change of the Earth's field along a track, from latitude, longitude and altitude as recorded."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from scenarios.spec import FieldSpec
 from sim.field import earth_field_along
 
 NODES = 2000
-"""Known places at most at which the field model is asked; between them the field is interpolated."""
+"""Number of places at most at which the field model is evaluated; values between are interpolated."""
 HIGHEST_M = 4e7
-"""Altitude beyond any satellite that steers by the field."""
+"""Altitude above any satellite with magnetic attitude control."""
 ANY_DATE = datetime.date(2025, 1, 1)
-"""Date where none is known: differences between places 500 km apart change by up to some 5 nT a year."""
+"""Date for an undated field: differences between places 500 km apart change by up to about 5 nT a year."""
 
 
 @dataclass(frozen=True)
 class FieldTrack:
-    """The middle place (latitude, longitude in degrees, altitude in m), and the field along the track less that there.
+    """The middle place (latitude, longitude in degrees, altitude in m), and the field's change along the track.
 
     change_enu_nT (n, 3): of the vector; change_nT (n,): of its strength.
     """
@@ -37,11 +37,11 @@ class FieldTrack:
 
     @classmethod
     def of(cls, recording: Recording, field: FieldSpec | None) -> FieldTrack | None:
-        """The track of a recording beside the model's field; across rows without a place it is a line.
+        """The track of a recording with the model's field; rows without a place are interpolated.
 
-        None without latitude and longitude. Of a log with its altitude alone they are the field's, where that is given
-        by its place: a balloon's field falls by some 20 nT in a kilometre. The middle is then the field's own place.
-        Raises InputError for values that are no place.
+        None without latitude and longitude. For a recorded altitude alone, latitude and longitude are the field's own,
+        if given by place: the field of a balloon falls by some 20 nT in a kilometre. The middle is then the field's own
+        place. Raises InputError for values that are no place.
         """
         stated = _stated_place(field)
         places = _places(recording, stated)
@@ -55,15 +55,15 @@ class FieldTrack:
         here, *at = earth_field_along(np.vstack([middle, places[nodes]]), date or ANY_DATE)
         strength = np.linalg.norm(at, axis=1) - np.linalg.norm(here)
         change = _between(recording.time_s, nodes, np.column_stack([np.array(at) - here, strength]))
-        latitude, longitude, altitude = (float(one) for one in middle)
+        latitude, longitude, altitude = (float(value) for value in middle)
         return cls((latitude, longitude, altitude), change[:, :3], change[:, 3])
 
     def at(self, samples: NDArray[np.bool_]) -> FieldTrack:
-        """The same at some of the samples."""
+        """The track at selected samples."""
         return FieldTrack(self.middle, self.change_enu_nT[samples], self.change_nT[samples])
 
     def field_enu_nT(self, given: FieldSpec) -> Array:
-        """The field model's vector (3,) at the middle place on a given date."""
+        """Vector (3,) of the field model at the middle place on a given date."""
         return np.asarray(earth_field_along(np.array([self.middle]), given.date or ANY_DATE)[0])
 
 
@@ -72,14 +72,14 @@ def _has_place(recording: Recording) -> bool:
 
 
 def _stated_place(field: FieldSpec | None) -> Array | None:
-    """Latitude, longitude and altitude (3,) of a field that is given by its place."""
+    """Latitude, longitude and altitude (3,) of a field given by place."""
     if field is None or field.latitude_deg is None or field.longitude_deg is None:
         return None
     return np.array([field.latitude_deg, field.longitude_deg, field.altitude_m])
 
 
 def _places(recording: Recording, stated: Array | None) -> Array:
-    """Latitude, longitude and altitude (n, 3), not finite where unknown; a stated place at the altitudes of the log."""
+    """Latitude, longitude and altitude (n, 3), NaN where unknown; a stated place takes the recorded altitude."""
     there, n = recording.channels, len(recording)
     if _has_place(recording):
         return np.column_stack([there[LATITUDE], there[LONGITUDE], there.get(ALTITUDE, np.zeros(n))])
@@ -89,7 +89,7 @@ def _places(recording: Recording, stated: Array | None) -> Array:
 
 
 def _between(time_s: Array, nodes: NDArray[np.intp], values: Array) -> Array:
-    """Values (m, k) at nodes (m,) for all times (n,): a cubic that does not overshoot, constant before and after."""
+    """Values (m, k) at nodes (m,) interpolated to all times (n,): a cubic without overshoot, constant outside."""
     at = time_s[nodes]
     if len(nodes) == 1:
         return np.repeat(values, len(time_s), axis=0)
@@ -97,7 +97,7 @@ def _between(time_s: Array, nodes: NDArray[np.intp], values: Array) -> Array:
 
 
 def _check(places: Array, known: NDArray[np.intp]) -> None:
-    """InputError for values of known rows that are no latitude, longitude and altitude."""
+    """InputError for latitudes, longitudes or altitudes of known rows out of range."""
     low, high = np.array([-90.0, -180.0, -12e3]), np.array([90.0, 360.0, HIGHEST_M])
     for name, values, a, b in zip((LATITUDE, LONGITUDE, ALTITUDE), places[known].T, low, high, strict=True):
         wrong = (values < a) | (values > b)

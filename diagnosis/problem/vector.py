@@ -1,4 +1,4 @@
-"""The problem of a recording with attitude: every axis is compared."""
+"""Problem of a recording with attitude: every axis is compared."""
 
 from __future__ import annotations
 
@@ -20,10 +20,11 @@ from sim.rotation import cross, matrix_from_q, to_body
 from sim.state import State
 
 FIELD_ERROR, DELAY_S = 0.02, 0.1
-"""Error of a given field over its strength, and delay against the attitude, one standard deviation of each: a prior,
-where the motion does not show them."""
+"""Standard deviations of a given field's relative error and of the delay against the attitude: priors where the
+motion does not determine them.
+"""
 STEPS = 3
-"""Linear steps to the matrix: each leaves the square of the error of the one before."""
+"""Linear steps to the matrix: each squares the error of the preceding step."""
 
 
 def vector_problem(
@@ -42,28 +43,28 @@ def vector_problem(
     fresh = ~held(recording.mag_nT, recording.mag_nT - clean, policy)
     if not fresh.all():
         clean = base @ robust_fit(base[fresh], recording.mag_nT[fresh], policy)
-    left = recording.mag_nT - clean
-    sigma = noise_of_neighbours(left, recording.mag_nT, state.time_s, policy)
+    residual = recording.mag_nT - clean
+    sigma = noise_of_neighbours(residual, recording.mag_nT, state.time_s, policy)
     return LinearProblem(
         recording=recording,
         state=state,
         effects=effects,
         mode="vector",
         base=base,
-        target=left / sigma,
+        target=residual / sigma,
         sigma_nT=sigma,
         usable=np.ones(len(recording)),
-        turn=_turn(state, base, clean, left, sigma),
+        turn=_turn(state, base, clean, residual, sigma),
         clean_nT=clean,
         predicted_nT=predicted,
-        has=measured(recording),
+        inputs=measured(recording),
         policy=policy,
         track=track,
     )
 
 
 def _state(recording: Recording, field_enu_nT: Array, policy: Policy, track: FieldTrack | None) -> State:
-    """The state of what is measured, ``dT/dt = R^T dF/dt - w x T``, F the field along the track."""
+    """State of the recorded motion, ``dT/dt = R^T dF/dt - w x T``, F the field along the track."""
     assert recording.att_q is not None
     rate = quieter_rate(recording, policy)
     R_wb = matrix_from_q(np.ascontiguousarray(recording.att_q))
@@ -80,31 +81,32 @@ def _state(recording: Recording, field_enu_nT: Array, policy: Policy, track: Fie
     )
 
 
-def _turn(state: State, base: Array, clean: Array, left: Array, sigma: Array, least_rad: float = 0.0) -> Array:
-    """Matrix (3, 3) from the undisturbed to the measured field, beside a constant error c of it and a small delay d.
+def _turn(state: State, base: Array, clean: Array, residual: Array, sigma: Array, least_rad: float = 0.0) -> Array:
+    """Matrix (3, 3) from the undisturbed to the measured field, estimated with a field error c and a delay d.
 
-    Without these the matrix would bend towards them: ``M (R^T (F + c) + d dT/dt) + b``, T the field in the body frame,
-    is fitted in steps that are linear in M, b, c and d. Where the motion does not show c and d, priors hold them at
-    zero: FIELD_ERROR of the field's strength, DELAY_S; and c where it shows by no more than an angle of the attitude.
+    ``M (R^T (F + c) + d dT/dt) + b``, T the field in the body frame, is fitted in steps linear in M, b, c and d;
+    without c and d the matrix would absorb them. Priors hold c and d at zero where the motion does not determine them:
+    FIELD_ERROR of the field's strength and DELAY_S; `least_rad`: an attitude error that c must exceed.
     """
-    turn = carried(state.field_nT, clean)
+    turn = fit_matrix(state.field_nT, clean)
     Q = np.linalg.qr(base / np.linalg.norm(base, axis=0))[0]
     prior = np.diag(np.r_[np.full(3, FIELD_ERROR * np.linalg.norm(state.field_enu_nT)), DELAY_S] ** -2.0)
     prior[:3, :3] += np.eye(3) * len(base) * (least_rad**2 / sigma**2).sum()
     errors = np.concatenate([state.R_wb.transpose(0, 2, 1), state.field_rate_nT_s[:, :, None]], axis=2)
     for _ in range(STEPS):
         E = turn @ errors
-        beside = (E - np.einsum("np,pqk->nqk", Q, np.einsum("np,nqk->pqk", Q, E))) / sigma[:, None]
-        flat = beside.reshape(-1, errors.shape[2])
-        c = np.linalg.lstsq(flat.T @ flat + prior, flat.T @ (left / sigma).ravel(), rcond=1e-12)[0]
-        turn = carried(state.field_nT, clean - Q @ (Q.T @ (E @ c)))
+        orthogonal = (E - np.einsum("np,pqk->nqk", Q, np.einsum("np,nqk->pqk", Q, E))) / sigma[:, None]
+        flat = orthogonal.reshape(-1, errors.shape[2])
+        c = np.linalg.lstsq(flat.T @ flat + prior, flat.T @ (residual / sigma).ravel(), rcond=1e-12)[0]
+        turn = fit_matrix(state.field_nT, clean - Q @ (Q.T @ (E @ c)))
     return turn
 
 
-def stating(problem: LinearProblem, attitude_std_rad: float) -> LinearProblem:
-    """The problem of a model that states an error of navigation's attitude, one standard deviation.
+def with_attitude_std(problem: LinearProblem, attitude_std_rad: float) -> LinearProblem:
+    """The problem of a model that states an attitude error of navigation, one standard deviation in rad.
 
-    That bends the turn where the field varies little more: along such directions it is the model's.
+    The attitude error biases the matrix where the field varies little more: along such directions the model's matrix
+    holds.
     """
     stated = replace(problem, attitude_std_rad=attitude_std_rad)
     if attitude_std_rad == 0 or not problem.turns:
@@ -117,14 +119,14 @@ def stating(problem: LinearProblem, attitude_std_rad: float) -> LinearProblem:
     return replace(stated, turn=turn + (iron_matrix(problem.effects, state) - turn) @ hidden @ hidden.T)
 
 
-def carried(field: Array, clean: Array) -> Array:
-    """Matrix (3, 3) that carries the undisturbed field (n, 3) to the predicted measurement (n, 3)."""
+def fit_matrix(field: Array, clean: Array) -> Array:
+    """Matrix (3, 3) from the undisturbed field (n, 3) to the predicted measurement (n, 3): least squares."""
     design = np.column_stack([field, np.full(len(field), np.linalg.norm(field[0]))])
     return np.asarray(np.linalg.lstsq(design, clean, rcond=1e-6)[0][:3].T)
 
 
 def robust_fit(base: Array, mag_nT: Array, policy: Policy) -> Array:
-    """Least squares (p, q), repeated once without what lies far off: rare failures must not decide the base."""
+    """Least squares (p, q), repeated once without outliers, so that rare failures do not determine the base."""
     beta = np.linalg.lstsq(base, mag_nT, rcond=None)[0]
     off = np.abs(mag_nT - base @ beta)
     far = (off > policy.base_outlier * np.maximum(np.median(off, axis=0), 1e-9)).any(axis=1)

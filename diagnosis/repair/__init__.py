@@ -1,1 +1,1 @@
-"""The model with what was missing in it, refined, and tried on another recording."""
+"""Repair of the model: refined effects, the remaining gap, and the new model."""

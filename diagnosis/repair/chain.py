@@ -1,8 +1,9 @@
-"""The simulator's own chain along the measured motion, with and without new effects."""
+"""The simulator's chain along the measured motion, with and without new effects."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,16 +11,19 @@ from numpy.typing import NDArray
 from diagnosis.problem.linear import LinearProblem
 from scenarios.arrays import Array
 from sim.chain import apply_deterministic
+from sim.effects import EFFECTS
 from sim.effects.base import Effect
 from sim.effects.chain_position import insert_effects
-from sim.effects.iron import HardIron, SoftIron
+
+_ABSORBED = [effect for effect in EFFECTS if effect.traits.absorbed and effect.stage == "vehicle"]
+SOFT, HARD = sorted(_ABSORBED, key=lambda effect: effect.traits.constant)
+"""Iron of the vehicle: a matrix, and a constant."""
 
 
 def predict(problem: LinearProblem, new: Sequence[Effect]) -> Array:
-    """What the simulator's chain with the new effects gives along the measured motion (n, 3).
+    """Predict the field (n, 3) by the simulator's chain with new effects along the measured motion.
 
-    Where the iron is not known they are beside that of the base. What the converter does to each value is left out:
-    rounding and clipping have no slope.
+    Unknown iron is replaced by the fitted base. The converter is left out: rounding and clipping have no slope.
     """
     given = problem.effects if problem.iron_known else insert_effects(problem.effects, fitted_iron(problem))
     smooth = [effect for effect in insert_effects(given, new) if not effect.traits.converter]
@@ -27,49 +31,50 @@ def predict(problem: LinearProblem, new: Sequence[Effect]) -> Array:
 
 
 def fitted_iron(problem: LinearProblem) -> tuple[Effect, Effect]:
-    """Soft and hard iron, ahead of the model's axes, by which the base makes the measured field of the undisturbed one.
+    """Soft and hard iron, ahead of the model's axes, equivalent to the fitted base.
 
-    Brought into their bounds: a motion that hardly shows a direction may leave it beyond.
+    Clipped to their bounds, which a direction hardly shown by the motion may exceed.
     """
-    back = np.linalg.inv(problem.turn_behind(SoftIron))
+    back = np.linalg.inv(problem.matrix_behind(SOFT))
     offset_nT = problem.clean_nT.mean(axis=0) - problem.turn @ problem.state.field_nT.mean(axis=0)
-    return _possible(SoftIron, back @ problem.turn - np.eye(3)), _possible(HardIron, back @ offset_nT)
+    return _within_bounds(SOFT, back @ problem.turn - np.eye(3)), _within_bounds(HARD, back @ offset_nT)
 
 
-def _possible(iron: type[SoftIron] | type[HardIron], values: Array) -> Effect:
+def _within_bounds(iron: type[Effect], values: Array) -> Effect:
     parameter = iron.parameters()[0]
-    return iron(**{parameter.name: np.clip(values, parameter.low, parameter.high).tolist()})
+    value: Any = np.clip(values, parameter.low, parameter.high).tolist()
+    return iron(**{parameter.name: value})
 
 
-def left_with_iron_refitted(problem: LinearProblem, new: Sequence[Effect], train: NDArray[np.bool_]) -> Array:
-    """Measured minus predicted (n, 3) in units of the noise, hard and soft iron fitted beside new effects on `train`.
+def residual_with_iron_refitted(problem: LinearProblem, new: Sequence[Effect], train: NDArray[np.bool_]) -> Array:
+    """Measured minus predicted (n, 3) in units of the noise, with iron refitted next to new effects on `train` (n,).
 
-    What these add behind the iron is not turned by a correction of it, which passes what follows the field's course.
+    Contributions added behind the iron are not turned by a correction of it; fields that pass the iron are.
     """
-    predicted_nT, base = predict(problem, new), _base(problem, [one for one in new if _is_passed(one)])
+    predicted_nT, base = predict(problem, new), _base(problem, [effect for effect in new if _passes_iron(effect)])
     used = base * (train * problem.usable)[:, None]
     off_nT = problem.recording.mag_nT - predicted_nT
     beta = np.linalg.lstsq(used.T @ base, used.T @ off_nT, rcond=1e-13)[0]
-    return _left(problem, predicted_nT + base @ beta)
+    return _residual(problem, predicted_nT + base @ beta)
 
 
 def _base(problem: LinearProblem, new: Sequence[Effect]) -> Array:
-    """The base (n, p) of a field that new effects change before and behind the iron."""
+    """The base (n, p) of a field changed by new effects before and behind the iron."""
     if problem.still or not new:
         return problem.base
     predicted_nT = predict(problem, new)
     return np.column_stack([predicted_nT / np.linalg.norm(problem.state.field_enu_nT), np.ones(len(predicted_nT))])
 
 
-def _is_passed(effect: Effect) -> bool:
+def _passes_iron(effect: Effect) -> bool:
     return effect.stage == "field" or (effect.continuous and effect.stage == "sensor")
 
 
-def left_as_it_stands(problem: LinearProblem, new: Sequence[Effect]) -> Array:
-    """Measured minus predicted (n, 3) in units of the noise, the iron as the model has it."""
-    return _left(problem, predict(problem, new))
+def residual_with_model_iron(problem: LinearProblem, new: Sequence[Effect]) -> Array:
+    """Measured minus predicted (n, 3) in units of the noise, with the iron of the model."""
+    return _residual(problem, predict(problem, new))
 
 
-def _left(problem: LinearProblem, predicted_nT: Array) -> Array:
-    left = (problem.recording.mag_nT - predicted_nT) / problem.sigma_nT
-    return np.asarray(left * problem.usable[:, None])
+def _residual(problem: LinearProblem, predicted_nT: Array) -> Array:
+    difference = (problem.recording.mag_nT - predicted_nT) / problem.sigma_nT
+    return np.asarray(difference * problem.usable[:, None])

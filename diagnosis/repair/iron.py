@@ -1,4 +1,4 @@
-"""Hard and soft iron of a model that has none of its own, fitted beside named effects."""
+"""Hard and soft iron for a model without iron, fitted together with named effects."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.problem.strength import strength_problem
-from diagnosis.problem.vector import carried, robust_fit
+from diagnosis.problem.vector import fit_matrix, robust_fit
 from diagnosis.repair.chain import fitted_iron, predict
 from scenarios.arrays import Array
 from scenarios.errors import InputError
@@ -18,18 +18,18 @@ from sim.effects.base import Effect
 from sim.effects.chain_position import insert_effects
 
 STEPS = 3
-"""Times that iron is fitted: each leaves what effects add to the earth's field times the error of the one before."""
+"""Number of iron fits: each leaves the effects on the earth's field times the error of the previous iron."""
 
 
-def beside(problem: LinearProblem, effects: Sequence[Effect]) -> LinearProblem:
-    """The problem with iron fitted with what effects add off, on the samples outside their windows where these show it.
+def fit_iron_with_effects(problem: LinearProblem, effects: Sequence[Effect]) -> LinearProblem:
+    """Fit iron with the effects' contributions subtracted, on samples outside their windows if sufficient.
 
-    The same where the model's iron is known.
+    Unchanged where the model's iron is known.
     """
-    acting = [one.is_active(problem.state.time_s) for one in effects if one.active_s is not None]
+    acting = [effect.is_active(problem.state.time_s) for effect in effects if effect.active_s is not None]
     use = ~np.logical_or.reduce([problem.usable == 0, *acting])
     vector = problem.mode == "vector"
-    as_it_is = not vector and all(one.stochastic for one in effects)
+    as_it_is = not vector and all(effect.stochastic for effect in effects)
     if problem.iron_known or as_it_is or use.sum() < problem.policy.least_samples:
         return problem
     anew = problem
@@ -37,18 +37,18 @@ def beside(problem: LinearProblem, effects: Sequence[Effect]) -> LinearProblem:
         known = replace(problem, effects=insert_effects(problem.effects, fitted_iron(anew)), iron_known=True)
         added_nT = predict(known, effects) - predict(known, ())
         try:
-            anew = _fitted(problem, problem.recording.mag_nT - added_nT, use)
+            anew = _with_iron_fitted(problem, problem.recording.mag_nT - added_nT, use)
         except InputError:
             break
     return anew
 
 
-def _fitted(problem: LinearProblem, mag_nT: Array, use: NDArray[np.bool_]) -> LinearProblem:
-    """The problem with iron by the samples `use` (n,) of a measured field (n, 3)."""
+def _with_iron_fitted(problem: LinearProblem, mag_nT: Array, use: NDArray[np.bool_]) -> LinearProblem:
+    """The problem with iron fitted to the samples `use` (n,) of a measured field (n, 3)."""
     if problem.mode == "vector":
         field_nT, base = problem.state.field_nT, problem.base[use]
         clean_nT = base @ robust_fit(base, mag_nT[use], problem.policy)
-        turn = problem.turn if problem.still else carried(field_nT[use], clean_nT)
+        turn = problem.turn if problem.still else fit_matrix(field_nT[use], clean_nT)
         offset_nT = clean_nT.mean(axis=0) - turn @ field_nT[use].mean(axis=0)
         return replace(problem, turn=turn, clean_nT=field_nT @ turn.T + offset_nT)
     seen = replace(problem.recording, mag_nT=mag_nT).taken(use)

@@ -1,4 +1,4 @@
-"""What a diagnosis changes in a model, as a unified diff of the two model files."""
+"""The change of a model by a diagnosis, as a unified diff of model files."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from sim.effects.base import Effect
 from sim.scenario import Scenario
 
 
-def model_diff(found: Diagnosis) -> tuple[str, ...]:
-    """Lines of the diff from the given model to the new one, without ends; none where nothing was added."""
-    return lines_of_diff(found.problem.effects, found.model)
+def model_diff(diagnosis: Diagnosis) -> tuple[str, ...]:
+    """Lines of the diff from the given model to the new one, without line ends; empty if nothing was added."""
+    return lines_of_diff(diagnosis.problem.effects, diagnosis.model)
 
 
 def lines_of_diff(given_effects: Sequence[Effect], model: Scenario) -> tuple[str, ...]:
-    """The same from a new model and the effects that the given one had."""
+    """Lines of the diff from the effects of the given model to a new model."""
     tables, order = as_tables(tuple(given_effects))
     given = model.model_copy(update={"effects": Effects(tables), "effect_order": order})
     before, after = to_toml(given).splitlines(), to_toml(model).splitlines()

@@ -1,4 +1,4 @@
-"""The new model: what was given with the named effects in it, as a scenario that the simulator runs."""
+"""The new model: the given model with the named effects, as a scenario for the simulator."""
 
 from __future__ import annotations
 
@@ -9,14 +9,13 @@ import numpy as np
 
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.repair.chain import fitted_iron
-from diagnosis.repair.iron import beside
-from diagnosis.result import Named
+from diagnosis.repair.iron import fit_iron_with_effects
+from diagnosis.result import NamedEffect
 from recordings.channels import HEIGHT
 from scenarios.spec import FieldSpec
-from sim.effects import Effects, as_tables
+from sim.effects import Effects, as_tables, of_sign
 from sim.effects.base import Effect
 from sim.effects.chain_position import insert_effects
-from sim.effects.noise import WhiteNoise
 from sim.scenario import Model, ModelSpec, Scenario
 from sim.simulation import channels_of
 from sim.state import MOTION, State
@@ -31,73 +30,77 @@ CIRCLES: dict[str, Any] = {
          "roll_amplitude_deg": 20.0, "pitch_amplitude_deg": 25.0},
     ],
 }  # fmt: skip
-"""The motions that a model without one gets: over the whole sphere; with motors where an effect needs their current."""
+"""Motions for a model without one: over the whole sphere, or with motors where an effect needs their currents."""
 
 
-def patched(model: Model, named: Sequence[Named], problem: LinearProblem) -> Scenario:
-    """The given model with the named effects; where its iron was not known, with iron that is fitted beside them too.
+def patch_model(model: Model, named: Sequence[NamedEffect], problem: LinearProblem) -> Scenario:
+    """Add the named effects to the given model, with fitted iron where its iron was unknown.
 
-    A scenario keeps its vehicle and motion; its `vary` goes, for this is now one instrument.
+    A scenario keeps its vehicle and motion, but not its `vary`: the new model is a single instrument.
     """
-    new = [effect for one in named for effect in one.effects]
+    new = [effect for named_effect in named for effect in named_effect.effects]
     given = (
-        problem.effects if problem.iron_known else insert_effects(problem.effects, fitted_iron(beside(problem, new)))
+        problem.effects
+        if problem.iron_known
+        else insert_effects(problem.effects, fitted_iron(fit_iron_with_effects(problem, new)))
     )
-    if not any(isinstance(effect, WhiteNoise) for effect in given):
-        own_nT = problem.sigma_nT if problem.level is None else problem.sigma_nT[:1]  # the dip has that of the level
+    if not any(effect.traits.sign == "white" for effect in given):
+        own_nT = (
+            problem.sigma_nT if problem.level is None else problem.sigma_nT[:1]
+        )  # the dip has the noise of the strength
         x, y, z = (float(std) for std in np.resize(own_nT, 3))
-        new.append(WhiteNoise((x, y, z)))
-    whole = _merged(insert_effects(given, new), problem.state)
+        new.append(of_sign("white", (x, y, z)))
+    whole = _merge_equal(insert_effects(given, new), problem.state)
     tables, order = as_tables(whole)
     changed = {"effects": Effects(tables), "effect_order": order}
     if isinstance(model, Scenario):
-        return model.model_copy(update={**changed, **_without_own(model), **_read_anew(problem)})
+        return model.model_copy(update={**changed, **_without_sensor_effects(model), **_corrected_field(problem)})
     return Scenario.model_validate(
         {"name": model.name, "summary": model.summary, "field": _field(model, problem)} | _motion(whole) | changed
     )
 
 
-def _without_own(model: Scenario) -> dict[str, Any]:
-    """What a scenario says of its sensors' own effects and of what varies, taken out: `effects` says it all."""
-    bare = tuple(one.model_copy(update={"kind": None, "effects": Effects()}) for one in model.sensors)
+def _without_sensor_effects(model: Scenario) -> dict[str, Any]:
+    """Updates of a scenario that remove the effects and variations of its sensors, all included in `effects`."""
+    bare = tuple(sensor.model_copy(update={"kind": None, "effects": Effects()}) for sensor in model.sensors)
     return {"sensor": None, "sensors": bare, "vary": {}}
 
 
-def _merged(effects: Sequence[Effect], state: State) -> list[Effect]:
-    """The effects, where two of a name only add and differ in nothing but what they are linear in, as one."""
-    out: list[Effect] = []
+def _merge_equal(effects: Sequence[Effect], state: State) -> list[Effect]:
+    """Merge additive effects of one name that differ only in their linear parameters."""
+    merged: list[Effect] = []
     for effect in effects:
-        rest = _rest(effect)
-        same = [i for i, other in enumerate(out) if other.name == effect.name and _rest(other) == rest]
-        if same and _adds(effect, state):
-            total = out[same[0]].coefficients() + effect.coefficients()
-            out[same[0]] = effect.combine(total, **rest)
+        nonlinear = _nonlinear_values(effect)
+        equal = [i for i, e in enumerate(merged) if e.name == effect.name and _nonlinear_values(e) == nonlinear]
+        if equal and _is_additive(effect, state):
+            total = merged[equal[0]].coefficients() + effect.coefficients()
+            merged[equal[0]] = effect.combine(total, **nonlinear)
         else:
-            out.append(effect)
-    return out
+            merged.append(effect)
+    return merged
 
 
-def _adds(effect: Effect, state: State) -> bool:
-    """Whether what an effect contributes does not depend on the signal; what chance makes is linear in nothing."""
+def _is_additive(effect: Effect, state: State) -> bool:
+    """Whether the contribution of an effect is independent of the signal; random effects have no linear parameter."""
     if not effect.linear:
         return False
     once, twice = (effect.apply(state, k * state.field_nT, np.random.default_rng(0), {}) for k in (1.0, 2.0))
     return bool((once == twice).all())
 
 
-def _rest(effect: Effect) -> dict[str, Any]:
-    """The parameters that an effect is not linear in, and its window."""
+def _nonlinear_values(effect: Effect) -> dict[str, Any]:
+    """The parameters in which an effect is not linear, and its window."""
     return {name: getattr(effect, name) for name in effect.names() if name not in effect.linear}
 
 
-def _read_anew(problem: LinearProblem) -> dict[str, Any]:
-    """The field in place of a scenario's own, where that was wrong."""
-    return {"field": FieldSpec(enu_nT=tuple(problem.instead[-1].field_enu_nT))} if problem.instead else {}
+def _corrected_field(problem: LinearProblem) -> dict[str, Any]:
+    """The corrected field, in place of a scenario's wrong one."""
+    return {"field": FieldSpec(enu_nT=tuple(problem.corrections[-1].field_enu_nT))} if problem.corrections else {}
 
 
 def _field(model: ModelSpec, problem: LinearProblem) -> Any:
-    if problem.instead:
-        return {"enu_nT": problem.instead[-1].field_enu_nT.tolist()}
+    if problem.corrections:
+        return {"enu_nT": problem.corrections[-1].field_enu_nT.tolist()}
     if model.field is None:
         return {"enu_nT": problem.state.field_enu_nT.tolist()}
     return model.field.model_dump(mode="json", exclude_none=True)

@@ -1,1 +1,1 @@
-"""Several recordings of one instrument: what holds in all of them with one coefficient, and what does not."""
+"""Diagnosis of several recordings of one instrument: common effects, and effects that differ between recordings."""

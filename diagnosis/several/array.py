@@ -1,25 +1,25 @@
-"""The sensors of one array: each diagnosed by itself, then what they name compared from sensor to sensor."""
+"""The sensors of an array: diagnosed one by one, then named effects are compared between sensors."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from diagnosis.decision.white_choice import Accepted
+from diagnosis.decision.white_choice import AcceptedEffect
 from diagnosis.evidence.candidate_test import ColouredBaseline
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.result import Diagnosis, How
-from diagnosis.several.common_effects import Common, common_of
+from diagnosis.result import Diagnosis, EvidenceKind
+from diagnosis.several.common_effects import CommonEffect, common_effect
 from diagnosis.several.pooled_test import columns_in
 from diagnosis.several.result import PooledDiagnosis
 from diagnosis.several.scope import SENSORS
-from diagnosis.several.selection import joint_of
-from diagnosis.several.sentence import advice_of_array, sentence_of_array
-from diagnosis.several.transfer import compared
-from diagnosis.several.verdict_rules import joined
+from diagnosis.several.selection import pooled_candidate
+from diagnosis.several.sentence import array_advice, array_sentence
+from diagnosis.several.transfer import compare_sensors
+from diagnosis.several.verdict_rules import joint_gap
 from diagnosis.several.workflow import mean_shares
 from diagnosis.verdict import Verdict
-from diagnosis.workflow import Examined, examined, told
+from diagnosis.workflow import Examination, diagnosis_of, examine
 from sim.scenario import Model
 
 Progress = Callable[[str], object]
@@ -31,75 +31,90 @@ def diagnose_sensors(
     models: Sequence[Model],
     *,
     without: frozenset[str] = frozenset(),
-    say: Progress = lambda what: None,
+    say: Progress = lambda step: None,
 ) -> PooledDiagnosis:
-    """Where n sensors of one array disagree with their models, and whether they do so alike.
+    """Diagnose n sensors of one array against their models, and compare the named effects.
 
-    Each sensor has a diagnosis of its own; the verdict is that of the worst. Evidence is not summed over them: they
-    share the run's slow errors. An effect that any of them names is fitted to all: one coefficient for all is a source
-    far off, or something that they share; coefficients that differ are those of a source nearby.
+    Each sensor has its own diagnosis; the verdict is the worst sensor's. Evidence is not summed over sensors, which
+    share the slow errors of the run. Every named effect is fitted to all sensors: a common coefficient shows a distant
+    or shared source, differing coefficients a source nearby.
     """
-    seen = []
+    examinations = []
     for name, problem, model in zip(names, problems, models, strict=True):
-        seen.append(examined(problem, model, without, lambda what, name=name: say(f"{name}: {what}")))  # type: ignore[misc]
-    each = tuple(told(one) for one in seen)
-    say("the sensors beside each other")
-    found = _told(tuple(names), each, _compared(seen, each))
-    return replace(found, sentence=sentence_of_array(found), advice=advice_of_array(found))
+        examinations.append(examine(problem, model, without, lambda step, name=name: say(f"{name}: {step}")))  # type: ignore[misc]
+    each = tuple(diagnosis_of(examination) for examination in examinations)
+    say("comparison of the sensors")
+    diagnosis = _diagnosis(tuple(names), each, _compared_effects(examinations, each))
+    return replace(diagnosis, sentence=array_sentence(diagnosis), advice=array_advice(diagnosis))
 
 
-def _told(names: tuple[str, ...], each: tuple[Diagnosis, ...], every: Sequence[Common]) -> PooledDiagnosis:
-    """The sensors' own diagnoses with what was compared, without words."""
+def _diagnosis(
+    names: tuple[str, ...], each: tuple[Diagnosis, ...], compared: Sequence[CommonEffect]
+) -> PooledDiagnosis:
+    """The diagnoses of the sensors with compared effects, without sentences."""
     first = worst(each)
-    left = (f"{name}: {why}" for name, one in zip(names, each, strict=True) for why in one.left)
+    residual_findings = (
+        f"{name}: {why}" for name, diagnosis in zip(names, each, strict=True) for why in diagnosis.unexplained
+    )
     return PooledDiagnosis(
         names=names,
         each=each,
         verdict=each[first].verdict,
         sentence="",
-        common=tuple(one for one in every if one.several),
-        single=tuple(one for one in every if not one.several),
-        gap=joined([one.gap for one in each]),
-        gaps=tuple(one.gap for one in each),
-        where=mean_shares([one.where for one in each], each[0].problem.policy),
-        left=tuple(left),
+        common=tuple(effect for effect in compared if effect.several),
+        single=tuple(effect for effect in compared if not effect.several),
+        gap=joint_gap([diagnosis.gap for diagnosis in each]),
+        gaps=tuple(diagnosis.gap for diagnosis in each),
+        where=mean_shares([diagnosis.where for diagnosis in each], each[0].problem.policy),
+        unexplained=tuple(residual_findings),
         advice=(),
         model=each[first].model,
-        before_nT=tuple(one.before_nT for one in each),
-        after_nT=tuple(one.after_nT for one in each),
-        among=SENSORS,
+        before_nT=tuple(diagnosis.before_nT for diagnosis in each),
+        after_nT=tuple(diagnosis.after_nT for diagnosis in each),
+        scope=SENSORS,
         first=first,
     )
 
 
 def worst(each: Sequence[Diagnosis]) -> int:
-    """The sensor that leaves most without a cause, else that with the largest gap, in units of its noise."""
-    unexplained = [i for i, one in enumerate(each) if not one.verdict.explained]
+    """Index of the sensor with the largest unexplained gap (else the largest gap), in units of its noise."""
+    unexplained = [i for i, diagnosis in enumerate(each) if not diagnosis.verdict.explained]
     if unexplained:
         return max(unexplained, key=lambda i: each[i].gap.after_sigma)
-    gaps = [i for i, one in enumerate(each) if one.verdict is not Verdict.NONE]
+    gaps = [i for i, diagnosis in enumerate(each) if diagnosis.verdict is not Verdict.NONE]
     return max(gaps or range(len(each)), key=lambda i: each[i].gap.before_sigma)
 
 
-def _compared(seen: Sequence[Examined], each: Sequence[Diagnosis]) -> list[Common]:
-    """What any sensor names, fitted to all of them, each effect beside all others."""
-    named = {one.name for own in each for one in own.named if one.how is How.HELD_OUT}
-    believed: dict[str, list[Accepted]] = {}
-    for one in seen:
-        for accepted in one.belief.found:
+def _compared_effects(examinations: Sequence[Examination], each: Sequence[Diagnosis]) -> list[CommonEffect]:
+    """Every named effect fitted to all sensors, next to all other effects."""
+    named = {cause.name for diagnosis in each for cause in diagnosis.named if cause.kind is EvidenceKind.HELD_OUT}
+    accepted_by_name: dict[str, list[AcceptedEffect]] = {}
+    for examination in examinations:
+        for accepted in examination.conclusion.accepted:
             if accepted.name in named:
-                believed.setdefault(accepted.name, []).append(accepted)
-    problems = [one.problem for one in seen]
-    return [_common(name, believed, problems) for name in believed]
+                accepted_by_name.setdefault(accepted.name, []).append(accepted)
+    problems = [examination.problem for examination in examinations]
+    return [_compared_effect(name, accepted_by_name, problems) for name in accepted_by_name]
 
 
-def _common(name: str, believed: dict[str, list[Accepted]], problems: Sequence[LinearProblem]) -> Common:
-    strongest = max(believed[name], key=lambda one: one.evidence.nats)
-    settings = list(dict.fromkeys(one.evidence.candidate for one in believed[name]))
-    others = {one.evidence.candidate for other in believed if other != name for one in believed[other]}
-    besides = []
+def _compared_effect(
+    name: str, accepted_by_name: dict[str, list[AcceptedEffect]], problems: Sequence[LinearProblem]
+) -> CommonEffect:
+    strongest = max(accepted_by_name[name], key=lambda effect: effect.evidence.nats)
+    settings = list(dict.fromkeys(effect.evidence.candidate for effect in accepted_by_name[name]))
+    other_candidates = {
+        effect.evidence.candidate
+        for other_name in accepted_by_name
+        if other_name != name
+        for effect in accepted_by_name[other_name]
+    }
+    baselines = []
     for problem in problems:
-        columns = [each for other in others if (each := columns_in(other, problem)) is not None]
-        besides.append(ColouredBaseline.of(problem, columns))
-    joint = joint_of(strongest.evidence.candidate, settings, besides, problems)
-    return common_of(compared(joint, problems[0].policy), strongest.alternatives, problems, strongest.evidence.strength)
+        columns = [
+            columns_here for other in other_candidates if (columns_here := columns_in(other, problem)) is not None
+        ]
+        baselines.append(ColouredBaseline.of(problem, columns))
+    pooled = pooled_candidate(strongest.evidence.candidate, settings, baselines, problems)
+    return common_effect(
+        compare_sensors(pooled, problems[0].policy), strongest.alternatives, problems, strongest.evidence.strength
+    )

@@ -1,4 +1,4 @@
-"""One effect's coefficients in several recordings: pooled, held against each other, and foretold by the others."""
+"""Coefficients of an effect in several recordings: pooled, compared, and predicted from the other recordings."""
 
 from __future__ import annotations
 
@@ -12,14 +12,15 @@ from scipy.stats import chi2, f
 from scenarios.arrays import Array
 
 OPEN = 1e-9
-"""Eigenvalue of scaled information below which a combination of coefficients is open."""
+"""Eigenvalue of the scaled information below which a combination of coefficients is undetermined."""
 
 
 @dataclass(frozen=True)
 class CoefficientEstimate:
-    """What one recording says of k coefficients: information N (k, k) and score g (k,); ``c = N^+ g``.
+    """Information N (k, k) and score g (k,) of k coefficients in one recording; ``c = N^+ g``.
 
-    spread: covariance (k, k) of ``R c``, R (k, k) the root of N: one where the stated error is right; None: it is.
+    spread: covariance (k, k) of ``R c``, R (k, k) a root of N: the unit matrix where the stated error is right, also
+    None.
     """
 
     N: Array
@@ -29,28 +30,28 @@ class CoefficientEstimate:
 
     @cached_property
     def c(self) -> Array:
-        """Coefficients (k,); zero along what the recording leaves open."""
+        """Coefficients (k,); zero along undetermined directions."""
         return inverse(self.N) @ self.g
 
     @property
     def covariance(self) -> Array:
-        """Covariance (k, k) of the coefficients, without that of the form."""
+        """Covariance (k, k) of the coefficients, without the form error."""
         if self.R is None or self.spread is None:
             return inverse(self.N)
         back = inverse(self.N) @ self.R.T
         return np.asarray(back @ self.spread @ back.T)
 
     def gain(self, c: Array) -> float:
-        """Nats that coefficients (k,) as they are explain under the stated error: ``c^T g - c^T N c / 2``."""
+        """Nats explained by given coefficients (k,) under the stated error: ``c^T g - c^T N c / 2``."""
         return float(c @ self.g - c @ self.N @ c / 2)
 
     def scaled_gain(self, c: Array) -> float:
-        """Nats that coefficients (k,) times the factor above zero that is best explain, over their inflation."""
+        """Nats explained by coefficients (k,) times the best factor above zero, over their inflation."""
         along, size = float(c @ self.g), float(c @ self.N @ c)
         return along**2 / (2 * size * self.inflation(c)) if min(along, size) > 0 else 0.0
 
     def inflation(self, c: Array) -> float:
-        """Variance along coefficients (k,) over the stated one."""
+        """Variance along coefficients (k,) over the stated variance."""
         size = float(c @ self.N @ c)
         if self.R is None or self.spread is None or size <= 0:
             return 1.0
@@ -60,7 +61,7 @@ class CoefficientEstimate:
 
 @dataclass(frozen=True)
 class Agreement:
-    """One coefficient for all: c (k,), its covariance (k, k), and whether they agree: Q, its degrees, probability p."""
+    """Common coefficients c (k,) with covariance (k, k), and the test of agreement: Q, degrees of freedom, p."""
 
     c: Array
     covariance: Array
@@ -69,96 +70,107 @@ class Agreement:
     p: float
 
 
-def agreement(several: Sequence[CoefficientEstimate], form: float, known: int | None = None) -> Agreement:
-    """The common coefficient of estimates, and their differences from it.
+def agreement(estimates: Sequence[CoefficientEstimate], form: float, known: int | None = None) -> Agreement:
+    """Pool estimates into common coefficients, and test the differences.
 
-    ``Q = sum_i u_i^T (spread_i + R_i F R_i^T)^-1 u_i``, ``u_i = R_i (c_i - c)``, chi-square of
-    ``sum_i rank N_i - rank sum_i N_i`` degrees. form : share of the effect by which its form is in error on one motion
-    or another, ``F = form^2 (c^T N c / k) N^+`` with N the mean information: an error of that size in any direction.
-    known : degrees of freedom that the errors are known with; then Q over its degrees is an F. The covariance of c is
-    without F, and grows with what the recordings differ beyond their own errors.
+    ``Q = sum_i u_i^T (spread_i + R_i F R_i^T)^-1 u_i``, ``u_i = R_i (c_i - c)``, chi-square with ``sum_i rank N_i -
+    rank sum_i N_i`` degrees of freedom. form : share of the effect by which the form is in error from motion to motion,
+    ``F = form^2 (c^T N c / k) N^+`` with N the mean information: an error of that size in any direction. known :
+    degrees of freedom of the error estimates; then Q over its degrees follows an F distribution. The covariance of c
+    excludes F, and grows with differences between recordings beyond their own errors.
     """
-    common = pooled(several)
-    size, c = _scale(common.N), common.c
-    rooted = [_rooted(one, size) for one in several]
+    common = pool_estimates(estimates)
+    size, c = _coefficient_scale(common.N), common.c
+    rooted = [_rooted(estimate, size) for estimate in estimates]
     F = form**2 * float(c @ common.N @ c) / len(c) * inverse(common.N)
-    degrees = sum(rank(one.N) for one in several) - rank(common.N)
-    Q, plain = (sum(_distance(each, c, error) for each in rooted) for error in (F, 0 * F))
+    degrees = sum(rank(estimate.N) for estimate in estimates) - rank(common.N)
+    Q, plain = (sum(_squared_distance(rooted_estimate, c, error) for rooted_estimate in rooted) for error in (F, 0 * F))
     spread = np.mean([spread for *_, spread in rooted], axis=0)
     wide = CoefficientEstimate(common.N, common.g, _root(common.N, size), spread)
     scatter = max(1.0, plain / max(degrees, 1))
-    return Agreement(c, scatter * wide.covariance, Q, degrees, _odds(Q, degrees, known))
+    return Agreement(c, scatter * wide.covariance, Q, degrees, _tail_probability(Q, degrees, known))
 
 
-def _rooted(one: CoefficientEstimate, size: Array) -> tuple[Array, Array, Array]:
-    """Coefficients c (k,), root R (k, k) of the information, and the covariance (k, k) of R c."""
-    R = _root(one.N, size) if one.R is None else one.R
-    return one.c, R, np.eye(len(one.c)) if one.spread is None else one.spread
+def _rooted(estimate: CoefficientEstimate, size: Array) -> tuple[Array, Array, Array]:
+    """Coefficients c (k,), root R (k, k) of the information, and covariance (k, k) of R c."""
+    R = _root(estimate.N, size) if estimate.R is None else estimate.R
+    return estimate.c, R, np.eye(len(estimate.c)) if estimate.spread is None else estimate.spread
 
 
-def _distance(one: tuple[Array, Array, Array], c: Array, F: Array) -> float:
-    """Square of the distance of an estimate's coefficients from others (k,), in units of spread and form F (k, k)."""
-    own, R, spread = one
+def _squared_distance(estimate: tuple[Array, Array, Array], c: Array, F: Array) -> float:
+    """Squared distance of an estimate's coefficients from c (k,), in units of spread and form error F (k, k)."""
+    own, R, spread = estimate
     u = R @ (own - c)
     return float(u @ np.linalg.solve(spread + R @ F @ R.T, u))
 
 
-def with_scatter(several: Sequence[Sequence[CoefficientEstimate]], least: Sequence[float]) -> list[CoefficientEstimate]:
-    """Estimates of n recordings from their m parts each, with the error that the parts' scores show.
+def with_scatter(
+    parts_of_each: Sequence[Sequence[CoefficientEstimate]], least: Sequence[float]
+) -> list[CoefficientEstimate]:
+    """Estimates of n recordings from m parts each, with errors widened by the scatter of the parts.
 
-    Were the stated error right, the squares of ``u_b = N^-1/2 (g_b - N_b c) sqrt(m / (m - 1))`` summed over the parts b
-    would be I. Where they are more in some direction, in the mean over the recordings, the spread there is as many
-    times as large, and `least` (n,) times in any direction: a rest that is slow in the earth's frame has a colour in
-    the body's that follows the motion, and no spectrum shows it.
+    Under the stated errors the squares of ``u_b = N^-1/2 (g_b - N_b c) sqrt(m / (m - 1))`` summed over parts b are the
+    unit matrix. In directions with larger squares, averaged over the recordings, the spread grows by the same factor,
+    and by `least` (n,) in any direction. Noise that is slow in the earth's frame has a spectrum in the body frame that
+    follows the motion, and escapes any noise model.
     """
-    whole = [pooled(parts) for parts in several]
-    size = _scale(pooled(whole).N)
-    roots = [_root(one.N, size) for one in whole]
+    whole = [pool_estimates(parts) for parts in parts_of_each]
+    size = _coefficient_scale(pool_estimates(whole).N)
+    roots = [_root(whole_estimate.N, size) for whole_estimate in whole]
     u = [
-        R @ inverse(one.N) @ (part.g - part.N @ one.c)
-        for R, one, parts in zip(roots, whole, several, strict=True)
+        R @ inverse(whole_estimate.N) @ (part.g - part.N @ whole_estimate.c)
+        for R, whole_estimate, parts in zip(roots, whole, parts_of_each, strict=True)
         for part in parts
     ]
-    m = len(several[0])
-    values, vectors = np.linalg.eigh(np.transpose(u) @ np.array(u) * m / (m - 1) / len(several))
+    m = len(parts_of_each[0])
+    values, vectors = np.linalg.eigh(np.transpose(u) @ np.array(u) * m / (m - 1) / len(parts_of_each))
     spreads = [vectors * np.maximum(values, floor) @ vectors.T for floor in least]
-    return [CoefficientEstimate(one.N, one.g, R, spread) for one, R, spread in zip(whole, roots, spreads, strict=True)]
+    return [
+        CoefficientEstimate(whole_estimate.N, whole_estimate.g, R, spread)
+        for whole_estimate, R, spread in zip(whole, roots, spreads, strict=True)
+    ]
 
 
-def pooled(several: Sequence[CoefficientEstimate]) -> CoefficientEstimate:
-    """What all estimates together say of one coefficient."""
-    return CoefficientEstimate(np.sum([one.N for one in several], axis=0), np.sum([one.g for one in several], axis=0))
+def pool_estimates(estimates: Sequence[CoefficientEstimate]) -> CoefficientEstimate:
+    """Joint estimate of one coefficient vector from all estimates."""
+    return CoefficientEstimate(
+        np.sum([estimate.N for estimate in estimates], axis=0), np.sum([estimate.g for estimate in estimates], axis=0)
+    )
 
 
-def foretold(several: Sequence[CoefficientEstimate]) -> Array:
-    """Coefficients (n, k) for each of n recordings that all the others together give."""
-    rest = ([other for other in several if other is not one] for one in several)
-    return np.array([pooled(others).c if others else np.zeros(len(several[0].g)) for others in rest])
+def predicted_by_others(estimates: Sequence[CoefficientEstimate]) -> Array:
+    """Coefficients (n, k) for each of n recordings, estimated from all other recordings."""
+    others_of_each = ([another for another in estimates if another is not estimate] for estimate in estimates)
+    return np.array(
+        [pool_estimates(others).c if others else np.zeros(len(estimates[0].g)) for others in others_of_each]
+    )
 
 
-def left_out_gains(several: Sequence[CoefficientEstimate]) -> Array:
-    """Nats (n,) that the others' coefficients, as they are, explain in each recording under the stated errors."""
-    return np.array([one.gain(c) for one, c in zip(several, foretold(several), strict=True)])
+def cross_predicted_gains(estimates: Sequence[CoefficientEstimate]) -> Array:
+    """Nats (n,) explained in each recording by the other recordings' coefficients under the stated errors."""
+    return np.array([estimate.gain(c) for estimate, c in zip(estimates, predicted_by_others(estimates), strict=True)])
 
 
-def size_over(one: CoefficientEstimate, c: Array) -> tuple[float, float] | None:
-    """The factor a by which coefficients (k,) best explain an estimate, ``a = c^T g / c^T N c``, and its std.
+def size_ratio(estimate: CoefficientEstimate, c: Array) -> tuple[float, float] | None:
+    """Best factor a of coefficients (k,) for an estimate, ``a = c^T g / c^T N c``, and its standard deviation.
 
-    None where they explain nothing there whatever the factor.
+    None where the coefficients explain nothing whatever the factor.
     """
-    information = float(c @ one.N @ c)
-    return (float(c @ one.g) / information, (one.inflation(c) / information) ** 0.5) if information > 0 else None
+    information = float(c @ estimate.N @ c)
+    return (
+        (float(c @ estimate.g) / information, (estimate.inflation(c) / information) ** 0.5) if information > 0 else None
+    )
 
 
 def inverse(N: Array) -> Array:
-    """Pseudo-inverse of an information matrix (k, k), whatever the units of its coefficients."""
-    size = _scale(N)
+    """Pseudo-inverse of an information matrix (k, k), independent of the units of the coefficients."""
+    size = _coefficient_scale(N)
     return np.asarray(np.linalg.pinv(N / np.outer(size, size), rcond=OPEN, hermitian=True) / np.outer(size, size))
 
 
 def rank(N: Array) -> int:
-    """How many combinations of coefficients an information matrix (k, k) determines."""
-    size = _scale(N)
+    """Number of coefficient combinations determined by an information matrix (k, k)."""
+    size = _coefficient_scale(N)
     values = np.linalg.eigvalsh(N / np.outer(size, size))
     return int(np.count_nonzero(values > OPEN * max(float(values.max(initial=0.0)), 1e-300))) if N.any() else 0
 
@@ -169,13 +181,13 @@ def _root(N: Array, size: Array) -> Array:
     return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)) @ vectors.T * size)
 
 
-def _odds(Q: float, degrees: int, known: int | None) -> float:
+def _tail_probability(Q: float, degrees: int, known: int | None) -> float:
     if degrees == 0:
         return 1.0
     return float(chi2.sf(Q, degrees) if known is None else f.sf(Q / degrees, degrees, known))
 
 
-def _scale(N: Array) -> Array:
-    """Root of the diagonal (k,), one where a coefficient has no information."""
+def _coefficient_scale(N: Array) -> Array:
+    """Root of the diagonal (k,), one for a coefficient without information."""
     diagonal = np.diag(N)
     return np.asarray(np.sqrt(np.where(diagonal > 0, diagonal, 1.0)))

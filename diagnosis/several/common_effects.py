@@ -1,4 +1,4 @@
-"""What several recordings bear out, each with its value in every one of them and the test of their agreement."""
+"""Effects common to several recordings, with their values in each and the test of agreement."""
 
 from __future__ import annotations
 
@@ -7,33 +7,40 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from diagnosis.decision.monotone_courses import with_rivals
+from diagnosis.decision.monotone_courses import with_rival_channels
 from diagnosis.decision.sentence import main_parameter
-from diagnosis.decision.white_choice import Accepted
+from diagnosis.decision.white_choice import AcceptedEffect
 from diagnosis.evidence.held_out import Evidence
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.result import How, Named, Transfer
-from diagnosis.several.coefficients import CoefficientEstimate, agreement, foretold, inverse, left_out_gains, size_over
+from diagnosis.result import EvidenceKind, NamedEffect, Transfer
+from diagnosis.several.coefficients import (
+    CoefficientEstimate,
+    agreement,
+    cross_predicted_gains,
+    inverse,
+    predicted_by_others,
+    size_ratio,
+)
 from diagnosis.several.parameter_values import parameters_of
-from diagnosis.several.selection import Chosen
-from diagnosis.several.transfer import There, TransferFinding
+from diagnosis.several.selection import PooledEffect
+from diagnosis.several.transfer import Presence, TransferFinding
 from sim.effects import EFFECTS
 from sim.effects.base import Effect
 from validation.signals.amplitude import rms
 
 
 @dataclass(frozen=True)
-class Common:
-    """One effect in n recordings: pooled, in each by itself (None: not known there), and whether they agree.
+class CommonEffect:
+    """One effect in n recordings: pooled, in each recording by itself (None: unknown), and the test of agreement.
 
-    chi2, degrees, p: of the differences between the recordings; None where nothing is fitted. ratios: of the size in
-    each recording to that in the others, with its standard deviation.
+    chi2, degrees, p: of the differences between recordings; None for effects without fitted coefficients. ratios: size
+    in each recording over the size in all other recordings, with standard deviation.
     """
 
-    named: Named
-    each: tuple[Named | None, ...]
-    there: tuple[There, ...]
+    named: NamedEffect
+    each: tuple[NamedEffect | None, ...]
+    presence: tuple[Presence, ...]
     chi2: float | None
     degrees: int
     p: float | None
@@ -41,140 +48,182 @@ class Common:
 
     @property
     def name(self) -> str:
-        """The effect's name."""
+        """Name of the effect."""
         return self.named.name
 
     @property
     def several(self) -> bool:
-        """Whether more than one shows it."""
-        return self.reach is not Transfer.SINGLE_RUN
+        """Whether more than one recording shows the effect."""
+        return self.transfer is not Transfer.SINGLE_RUN
 
     @property
-    def reach(self) -> Transfer:
+    def transfer(self) -> Transfer:
         """Whether the recordings agree."""
-        return self.named.evidence
+        return self.named.transfer
 
 
-def fitted_effect(one: Chosen, problems: Sequence[LinearProblem]) -> Common:
-    """An effect of the library that the lot believes."""
-    found = common_of(one.finding, one.alternatives, problems, one.strength)
-    return replace(found, named=of_one_course(found, problems))
+def common_fitted_effect(effect: PooledEffect, problems: Sequence[LinearProblem]) -> CommonEffect:
+    """The common effect of an accepted effect of the pool."""
+    common = common_effect(effect.finding, effect.alternatives, problems, effect.strength)
+    return replace(common, named=with_common_rivals(common, problems))
 
 
-def of_one_course(one: Common, problems: Sequence[LinearProblem]) -> Named:
-    """The name of an effect with the channels that go the same way as it does in every recording that has it."""
-    there = [problem for problem, says in zip(problems, one.there, strict=True) if says is There.PRESENT]
-    several = [with_rivals(problem, one.named).rivals for problem in there]
-    return replace(one.named, rivals=_in_all(several)) if several else one.named
+def with_common_rivals(common: CommonEffect, problems: Sequence[LinearProblem]) -> NamedEffect:
+    """The named effect with the rival channels of all recordings that show it."""
+    present = [
+        problem for problem, presence in zip(problems, common.presence, strict=True) if presence is Presence.PRESENT
+    ]
+    rivals = [with_rival_channels(problem, common.named).rivals for problem in present]
+    return replace(common.named, rivals=_in_all(rivals)) if rivals else common.named
 
 
-def not_borne_out(one: TransferFinding, problems: Sequence[LinearProblem]) -> Common:
-    """An effect that one recording alone names."""
-    return common_of(one, (), problems, 0.0)
+def single_effect(finding: TransferFinding, problems: Sequence[LinearProblem]) -> CommonEffect:
+    """An effect named by a single recording."""
+    return common_effect(finding, (), problems, 0.0)
 
 
-def common_of(
-    one: TransferFinding, alternatives: tuple[str, ...], problems: Sequence[LinearProblem], strength: float
-) -> Common:
-    """A finding as parameters: pooled, and in each recording by itself."""
-    agree, candidate, reach = one.agreement, one.joint.candidate, one.reach or Transfer.SINGLE_RUN
-    there = next(problem for problem, asked in zip(problems, one.joint.asked, strict=True) if asked)
+def common_effect(
+    finding: TransferFinding, alternatives: tuple[str, ...], problems: Sequence[LinearProblem], strength: float
+) -> CommonEffect:
+    """The parameters of a finding: pooled, and in each recording by itself."""
+    agree, candidate, transfer = finding.agreement, finding.pooled.candidate, finding.transfer or Transfer.SINGLE_RUN
+    there = next(
+        problem for problem, in_recording in zip(problems, finding.pooled.in_recordings, strict=True) if in_recording
+    )
     effect, spread = parameters_of(candidate, agree.c, agree.covariance, there)
-    named = Named(effect, alternatives, How.HELD_OUT, one.nats, strength, spread, reach)
-    each: list[Named | None] = []
-    for problem, asked, own in zip(problems, one.joint.asked, one.joint.estimates, strict=True):
-        if asked is None or own is None:
+    named = NamedEffect(effect, alternatives, EvidenceKind.HELD_OUT, finding.nats, strength, spread, transfer)
+    each: list[NamedEffect | None] = []
+    for problem, in_recording, estimate in zip(
+        problems, finding.pooled.in_recordings, finding.pooled.estimates, strict=True
+    ):
+        if in_recording is None or estimate is None:
             each.append(None)
             continue
-        effect, spread = parameters_of(candidate, own.c, own.covariance, problem)
-        each.append(Named(effect, (), How.HELD_OUT, asked.held / asked.inflation, asked.strength, spread, reach))
-    ratios = _ratios(one.joint.estimates)
-    return Common(named, tuple(each), one.there, agree.chi2, agree.degrees, agree.p, ratios)
+        effect, spread = parameters_of(candidate, estimate.c, estimate.covariance, problem)
+        each.append(
+            NamedEffect(
+                effect,
+                (),
+                EvidenceKind.HELD_OUT,
+                in_recording.held_out_gain / in_recording.inflation,
+                in_recording.strength,
+                spread,
+                transfer,
+            )
+        )
+    ratios = _ratios(finding.pooled.estimates)
+    return CommonEffect(named, tuple(each), finding.presence, agree.chi2, agree.degrees, agree.p, ratios)
 
 
-def _ratios(several: Sequence[CoefficientEstimate | None]) -> tuple[tuple[float, float] | None, ...]:
-    """Size of each estimate over that of all others; None where one is missing or its course is not the others'."""
-    there = [one for one in several if one is not None]
-    pairs = zip(there, foretold(there), strict=True)
-    found = iter(size_over(one, c) if 2 * one.scaled_gain(c) > one.scaled_gain(one.c) else None for one, c in pairs)
-    return tuple(None if one is None else next(found) for one in several)
+def _ratios(estimates: Sequence[CoefficientEstimate | None]) -> tuple[tuple[float, float] | None, ...]:
+    """Size of each estimate over the size of all others; None for a missing estimate or a differing direction."""
+    known = [estimate for estimate in estimates if estimate is not None]
+    pairs = zip(known, predicted_by_others(known), strict=True)
+    ratios = iter(
+        size_ratio(estimate, c) if 2 * estimate.scaled_gain(c) > estimate.scaled_gain(estimate.c) else None
+        for estimate, c in pairs
+    )
+    return tuple(None if estimate is None else next(ratios) for estimate in estimates)
 
 
-def changes_of_iron(several: Sequence[Sequence[Accepted]], problems: Sequence[LinearProblem]) -> list[Common]:
-    """What of the iron differs from the model in more than one recording, by sizes that have something in common."""
+def common_iron_changes(
+    changes_of_each: Sequence[Sequence[AcceptedEffect]], problems: Sequence[LinearProblem]
+) -> list[CommonEffect]:
+    """Changes of the iron found in more than one recording, with sizes predicting each other."""
     policy = problems[0].policy
-    names = dict.fromkeys(one.name for found in several for one in found)
-    by_name = {name: [next((one for one in found if one.name == name), None) for found in several] for name in names}
-    return [_iron(each, problems, policy) for each in by_name.values() if _foretold(each, policy)]
+    names = dict.fromkeys(change.name for changes in changes_of_each for change in changes)
+    by_name = {
+        name: [next((change for change in changes if change.name == name), None) for changes in changes_of_each]
+        for name in names
+    }
+    return [
+        _common_iron(changes_of_name, problems, policy)
+        for changes_of_name in by_name.values()
+        if _is_predicted(changes_of_name, policy)
+    ]
 
 
-def _foretold(each: Sequence[Accepted | None], policy: Policy) -> bool:
-    """Whether the changes that the others show explain each by enough: the mean of a wander is another in every run."""
-    estimates = [estimate_of(one.evidence) for one in each if one is not None]
-    return float(left_out_gains(estimates).sum()) > policy.accepted_together(len(EFFECTS))
+def _is_predicted(changes: Sequence[AcceptedEffect | None], policy: Policy) -> bool:
+    """Whether each change is predicted by the others with enough gain: the mean of a wander differs from run to run."""
+    estimates = [estimate_from(change.evidence) for change in changes if change is not None]
+    return float(cross_predicted_gains(estimates).sum()) > policy.accepted_pooled(len(EFFECTS))
 
 
-def _several(each: Iterable[object]) -> bool:
-    return sum(one is not None for one in each) > 1
+def _in_several(values: Iterable[object]) -> bool:
+    return sum(value is not None for value in values) > 1
 
 
-def _iron(each: Sequence[Accepted | None], problems: Sequence[LinearProblem], policy: Policy) -> Common:
-    found = [one for one in each if one is not None]
-    agree = agreement([estimate_of(one.evidence) for one in found], policy.same_coefficient)
-    reach = _reach(agree.p > policy.not_transferred_alarm, each)
-    nats, strength = sum(one.evidence.nats for one in found), rms(np.array([one.evidence.strength for one in found]))
-    effect, spread = parameters_of(found[0].evidence.candidate, agree.c, agree.covariance, problems[0])
-    named = Named(effect, _in_all([one.alternatives for one in found]), How.IRON, nats, strength, spread, reach)
-    own = tuple(_iron_in_one(one, reach, problems[0]) for one in each)
-    ratios = _ratios([None if one is None else estimate_of(one.evidence) for one in each])
-    return Common(named, own, _marks(each), agree.chi2, agree.degrees, agree.p, ratios)
+def _common_iron(
+    changes: Sequence[AcceptedEffect | None], problems: Sequence[LinearProblem], policy: Policy
+) -> CommonEffect:
+    known = [change for change in changes if change is not None]
+    agree = agreement([estimate_from(change.evidence) for change in known], policy.same_coefficient)
+    transfer = _transfer_of(agree.p > policy.not_transferred_alarm, changes)
+    nats, strength = (
+        sum(change.evidence.nats for change in known),
+        rms(np.array([change.evidence.strength for change in known])),
+    )
+    effect, spread = parameters_of(known[0].evidence.candidate, agree.c, agree.covariance, problems[0])
+    named = NamedEffect(
+        effect, _in_all([change.alternatives for change in known]), EvidenceKind.IRON, nats, strength, spread, transfer
+    )
+    own = tuple(_iron_in_recording(change, transfer, problems[0]) for change in changes)
+    ratios = _ratios([None if change is None else estimate_from(change.evidence) for change in changes])
+    return CommonEffect(named, own, _presences(changes), agree.chi2, agree.degrees, agree.p, ratios)
 
 
-def _reach(same: bool, each: Sequence[object]) -> Transfer:
-    """How far what some recordings show reaches, whether or not it is the same in them."""
-    if not same:
+def _transfer_of(agree: bool, values: Sequence[object]) -> Transfer:
+    """How far an effect seen in some recordings transfers, given whether its sizes agree."""
+    if not agree:
         return Transfer.NOT_TRANSFERRED
-    return Transfer.SOME if None in each else Transfer.TRANSFERRED
+    return Transfer.SOME if None in values else Transfer.TRANSFERRED
 
 
-def _in_all(several: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
-    """Names that every list holds, in the order of the first."""
-    return tuple(name for name in several[0] if all(name in other for other in several))
+def _in_all(lists: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
+    """Names in every list, in the order of the first."""
+    return tuple(name for name in lists[0] if all(name in other for other in lists))
 
 
-def _iron_in_one(one: Accepted | None, reach: Transfer, problem: LinearProblem) -> Named | None:
-    if one is None:
+def _iron_in_recording(change: AcceptedEffect | None, transfer: Transfer, problem: LinearProblem) -> NamedEffect | None:
+    if change is None:
         return None
-    own = estimate_of(one.evidence)
-    effect, spread = parameters_of(one.evidence.candidate, own.c, own.covariance, problem)
-    return Named(effect, (), How.IRON, one.evidence.nats, one.evidence.strength, spread, reach)
+    own = estimate_from(change.evidence)
+    effect, spread = parameters_of(change.evidence.candidate, own.c, own.covariance, problem)
+    return NamedEffect(effect, (), EvidenceKind.IRON, change.evidence.nats, change.evidence.strength, spread, transfer)
 
 
-def estimate_of(one: Evidence) -> CoefficientEstimate:
-    """The coefficients of a candidate that is fitted in one recording, as information and score."""
-    k = one.width
-    N = inverse(one.fit.covariance[-k:, -k:] * max(one.V, 1.0))
-    return CoefficientEstimate(N, N @ one.coefficients)
+def estimate_from(evidence: Evidence) -> CoefficientEstimate:
+    """Coefficients of a candidate fitted in one recording, as information and score."""
+    k = evidence.width
+    N = inverse(evidence.fit.covariance[-k:, -k:] * max(evidence.V, 1.0))
+    return CoefficientEstimate(N, N @ evidence.coefficients)
 
 
-def seen_by_values(several: Sequence[Sequence[Named]], policy: Policy) -> list[Common]:
-    """Noise, and what the values themselves show, in more than one recording: the same where their sizes are alike."""
-    names = dict.fromkeys(one.name for found in several for one in found)
-    by_name = {name: [next((one for one in found if one.name == name), None) for found in several] for name in names}
-    return [_size(each, policy) for each in by_name.values() if _several(each)]
+def common_value_effects(effects_of_each: Sequence[Sequence[NamedEffect]], policy: Policy) -> list[CommonEffect]:
+    """Noise and direct evidence in more than one recording, common where the sizes are alike."""
+    names = dict.fromkeys(effect.name for effects in effects_of_each for effect in effects)
+    by_name = {
+        name: [next((effect for effect in effects if effect.name == name), None) for effects in effects_of_each]
+        for name in names
+    }
+    return [
+        _common_value_effect(effects_of_name, policy)
+        for effects_of_name in by_name.values()
+        if _in_several(effects_of_name)
+    ]
 
 
-def _size(each: Sequence[Named | None], policy: Policy) -> Common:
-    found = sorted((one for one in each if one is not None), key=lambda one: main_size(one.effect))
-    alike = main_size(found[-1].effect) <= policy.stated_margin * main_size(found[0].effect)
-    named = replace(found[len(found) // 2], evidence=_reach(alike, each))
-    return Common(named, tuple(each), _marks(each), None, 0, None)
+def _common_value_effect(effects: Sequence[NamedEffect | None], policy: Policy) -> CommonEffect:
+    known = sorted((effect for effect in effects if effect is not None), key=lambda effect: main_size(effect.effect))
+    alike = main_size(known[-1].effect) <= policy.stated_margin * main_size(known[0].effect)
+    named = replace(known[len(known) // 2], transfer=_transfer_of(alike, effects))
+    return CommonEffect(named, tuple(effects), _presences(effects), None, 0, None)
 
 
-def _marks(each: Sequence[object]) -> tuple[There, ...]:
-    return tuple(There.OPEN if one is None else There.PRESENT for one in each)
+def _presences(values: Sequence[object]) -> tuple[Presence, ...]:
+    return tuple(Presence.UNDECIDED if value is None else Presence.PRESENT for value in values)
 
 
 def main_size(effect: Effect) -> float:
-    """Size of the parameter that says how large an effect is, in its unit."""
+    """Size of the main parameter of an effect, in its unit."""
     return float(np.linalg.norm(np.asarray(getattr(effect, main_parameter(effect)), dtype=float)))

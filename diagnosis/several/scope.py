@@ -1,4 +1,4 @@
-"""What is compared: recordings of one instrument, or the sensors of one array, each in its own words."""
+"""Wording for the scope of a comparison: recordings of one instrument, or sensors of one array."""
 
 from __future__ import annotations
 
@@ -10,40 +10,40 @@ from diagnosis.result import Transfer
 
 @dataclass(frozen=True)
 class Scope:
-    """Words for one of those that are compared, and for how far an effect reaches among them.
+    """Words for the compared units and for the transfer of effects between them.
 
-    key: the word of the JSON; reach: of pages and tables; after: what the gap afterwards rests on; alone: of an effect
-    that one alone names.
+    key: JSON key. labels: of transfer, for pages and tables. after: basis of the gap afterwards. alone: remark on an
+    effect named by a single unit.
     """
 
-    one: str
+    noun: str
     key: str
-    reach: Mapping[Transfer, str]
+    labels: Mapping[Transfer, str]
     after: str
     alone: str
 
 
 RECORDINGS = Scope(
-    one="recording",
+    noun="recording",
     key="recordings",
-    reach={
+    labels={
         Transfer.TRANSFERRED: "transferred",
         Transfer.NOT_TRANSFERRED: "not transferred",
         Transfer.SOME: "in some",
-        Transfer.SINGLE_RUN: "not borne out",
+        Transfer.SINGLE_RUN: "not confirmed",
     },
-    after="with the coefficients that the other recordings give, with its own where these differ",
-    alone="No finding of the lot: the other recordings do not bear it out.",
+    after="with the coefficients of the other recordings, or its own where these differ",
+    alone="Not a common finding: the other recordings do not confirm it.",
 )
 SENSORS = Scope(
-    one="sensor",
+    noun="sensor",
     key="sensors",
-    reach={
+    labels={
         Transfer.TRANSFERRED: "the same",
         Transfer.NOT_TRANSFERRED: "differs",
         Transfer.SOME: "at some",
         Transfer.SINGLE_RUN: "at one",
     },
-    after="with what its own diagnosis names",
-    alone="The others do not show it, or cannot tell.",
+    after="with the effects of its own diagnosis",
+    alone="The other sensors do not show it, or cannot decide.",
 )

@@ -1,4 +1,4 @@
-"""The loop over several recordings: the effect that gains most in all of them together goes in, beside a rest each."""
+"""Selection over several recordings: accept the effect of largest joint gain, with a noise model for each recording."""
 
 from __future__ import annotations
 
@@ -7,22 +7,22 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from diagnosis.decision.selection import tests_beside
-from diagnosis.decision.white_choice import Accepted, are_kin, simplest
+from diagnosis.decision.selection import tests_with_effects
+from diagnosis.decision.white_choice import AcceptedEffect, in_same_family, is_form_by_size, select_simplest
 from diagnosis.evidence.baseline import Baseline, added_share
-from diagnosis.evidence.candidate_test import ColouredBaseline, gains_along_the_field
+from diagnosis.evidence.candidate_test import ColouredBaseline, explains_along_field
 from diagnosis.evidence.held_out import Evidence
-from diagnosis.evidence.hypothesis import informations
+from diagnosis.evidence.hypothesis import information_matrices
 from diagnosis.evidence.noise_model import NoiseModel
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.result import Transfer
-from diagnosis.several.coefficients import CoefficientEstimate, left_out_gains
-from diagnosis.several.look_alikes import Settings, explain_as_much, is_useless_beside, look_alikes
-from diagnosis.several.pooled_test import CandidateInRecording, PooledCandidate, beside_own, columns_in, estimate
-from diagnosis.several.transfer import There, TransferFinding, finding
-from diagnosis.workflow import Examined
+from diagnosis.several.coefficients import CoefficientEstimate, cross_predicted_gains
+from diagnosis.several.look_alikes import Settings, fit_equally_well, is_explained_by, look_alikes
+from diagnosis.several.pooled_test import CandidateInRecording, PooledCandidate, columns_in, estimate, with_own_effects
+from diagnosis.several.transfer import Presence, TransferFinding, assess_transfer
+from diagnosis.workflow import Examination
 from scenarios.arrays import Array
 from sim.effects import EFFECTS
 
@@ -31,294 +31,356 @@ Progress = Callable[[str], object]
 
 @dataclass(frozen=True, eq=False)
 class PooledRecording:
-    """A recording of the lot: what its own diagnosis believes, its own events, and the ground with what is in."""
+    """A recording of the pool: its own diagnosis, its own events, and baselines without and with accepted effects."""
 
-    seen: Examined
-    events: tuple[Accepted, ...]
+    examination: Examination
+    events: tuple[AcceptedEffect, ...]
     start: Baseline
-    ground: Baseline
+    baseline: Baseline
 
     @classmethod
-    def of(cls, seen: Examined) -> PooledRecording:
-        """The recording with nothing in but its own events, which no other recording can show."""
-        start = seen.belief.selection.start
-        events = tuple(one for one in seen.belief.found if one.evidence.candidate.once)
-        ground = start
-        for one in events:
-            ground = ground.beside(one.columns(start.problem))
-        return cls(seen, events, start, ground)
+    def of(cls, examination: Examination) -> PooledRecording:
+        """The recording with its own events, not observable elsewhere."""
+        start = examination.conclusion.selection.start
+        events = tuple(event for event in examination.conclusion.accepted if event.evidence.candidate.one_run)
+        baseline = start
+        for event in events:
+            baseline = baseline.with_columns(event.columns(start.problem))
+        return cls(examination, events, start, baseline)
 
     @property
     def problem(self) -> LinearProblem:
-        """The recording beside the model."""
+        """The recording compared with the model."""
         return self.start.problem
 
     @property
-    def named(self) -> list[Accepted]:
-        """What its own diagnosis finds and another recording can show."""
-        return [one for one in self.seen.belief.found if one not in self.events]
+    def own_effects(self) -> list[AcceptedEffect]:
+        """Effects found by the recording's own diagnosis, without events."""
+        return [effect for effect in self.examination.conclusion.accepted if effect not in self.events]
 
     @property
-    def names(self) -> set[str]:
-        """Of these, what they may be instead too."""
-        return {name for one in self.named for name in (one.name, *one.alternatives)}
+    def own_names(self) -> set[str]:
+        """Names of the own effects and of their look-alikes."""
+        return {name for effect in self.own_effects for name in (effect.name, *effect.alternatives)}
 
-    def instead_of(self, one: PooledCandidate) -> list[Array]:
-        """Columns (N, q, k) of what its own diagnosis finds, of another kin, and does not take for such an effect."""
-        others = (own for own in self.named if one.name not in (own.name, *own.alternatives))
-        return [own.columns(self.problem) for own in others if not are_kin(own.evidence, one)]
+    def competing_columns(self, pooled: PooledCandidate) -> list[Array]:
+        """Columns (N, q, k) of own effects of a different family that do not list the candidate as a look-alike."""
+        others = (effect for effect in self.own_effects if pooled.name not in (effect.name, *effect.alternatives))
+        return [effect.columns(self.problem) for effect in others if not in_same_family(effect.evidence, pooled)]
 
-    def beside(self, candidate: Candidate) -> PooledRecording:
-        """The same with a further effect in, where the recording holds its causes."""
+    def with_candidate(self, candidate: Candidate) -> PooledRecording:
+        """The recording with a further effect in the baseline, where its causes are recorded."""
         columns = columns_in(candidate, self.problem)
-        return self if columns is None else replace(self, ground=self.ground.beside(columns))
+        return self if columns is None else replace(self, baseline=self.baseline.with_columns(columns))
 
 
 @dataclass(frozen=True)
-class Chosen:
-    """An effect that the lot believes, and those that its recordings together do not tell from it."""
+class PooledEffect:
+    """An effect accepted for the pool, and its look-alikes."""
 
     finding: TransferFinding
     alternatives: tuple[str, ...]
 
     @property
     def name(self) -> str:
-        """The effect's name."""
-        return self.finding.joint.name
+        """Name of the effect."""
+        return self.finding.pooled.name
 
     @property
     def strength(self) -> float:
-        """Rms over the recordings in which it is present, in units of the noise of each."""
-        pairs = zip(self.finding.joint.asked, self.finding.there, strict=True)
-        sizes = [one.strength for one, there in pairs if one is not None and there is There.PRESENT]
-        return float(np.sqrt(np.mean(np.square(sizes or [one.strength for one in self.finding.joint.there]))))
-
-    def alone(self, besides: Sequence[ColouredBaseline]) -> Chosen:
-        """The same as if nothing else were in."""
-        joint = self.finding.joint
-        asked = tuple(
-            one and CandidateInRecording.of(one.candidate, one.problem, beside, one.columns)
-            for one, beside in zip(joint.asked, besides, strict=True)
+        """Rms over the recordings with the effect, in units of the noise of each."""
+        pairs = zip(self.finding.pooled.in_recordings, self.finding.presence, strict=True)
+        sizes = [
+            in_recording.strength
+            for in_recording, presence in pairs
+            if in_recording is not None and presence is Presence.PRESENT
+        ]
+        return float(
+            np.sqrt(np.mean(np.square(sizes or [in_recording.strength for in_recording in self.finding.pooled.tested])))
         )
-        return replace(self, finding=replace(self.finding, joint=replace(joint, asked=asked)))
+
+    def without_others(self, baselines: Sequence[ColouredBaseline]) -> PooledEffect:
+        """The effect fitted without the other accepted effects."""
+        pooled = self.finding.pooled
+        in_recordings = tuple(
+            in_recording
+            and CandidateInRecording.of(
+                in_recording.candidate, in_recording.problem, coloured_baseline, in_recording.columns
+            )
+            for in_recording, coloured_baseline in zip(pooled.in_recordings, baselines, strict=True)
+        )
+        return replace(self, finding=replace(self.finding, pooled=replace(pooled, in_recordings=in_recordings)))
 
 
-def select_together(members: Sequence[PooledRecording], say: Progress) -> tuple[list[Chosen], list[TransferFinding]]:
-    """Effects that the recordings together bear out, and those that only one of them names."""
-    policy, settings, chosen = members[0].problem.policy, _settings(members), list[Chosen]()
-    first = [ColouredBaseline.of(one.problem, one.ground.inside) for one in members]
-    while len(chosen) < policy.most_effects and not (chosen and _clean(members, [one.name for one in chosen])):
-        say(f"all recordings together, round {len(chosen) + 1}")
-        best = _best(members, settings, chosen)
-        if best is None or _is_form(best, chosen, first, policy):
+def select_pooled(
+    recordings: Sequence[PooledRecording], say: Progress
+) -> tuple[list[PooledEffect], list[TransferFinding]]:
+    """Select effects supported by several recordings; return them with the effects named by a single recording."""
+    policy, settings, accepted = recordings[0].problem.policy, _settings(recordings), list[PooledEffect]()
+    first = [ColouredBaseline.of(recording.problem, recording.baseline.accepted_columns) for recording in recordings]
+    while len(accepted) < policy.most_effects and not (
+        accepted and _residuals_are_clean(recordings, [effect.name for effect in accepted])
+    ):
+        say(f"all recordings together, round {len(accepted) + 1}")
+        best = _best_candidate(recordings, settings, accepted)
+        if best is None or _is_form_of_accepted(best, accepted, first, policy):
             break
-        chosen.append(best)
-        members = [one.beside(best.finding.joint.candidate) for one in members]
-    return chosen, _not_borne_out(members, settings, chosen)
+        accepted.append(best)
+        recordings = [recording.with_candidate(best.finding.pooled.candidate) for recording in recordings]
+    return accepted, _named_by_one(recordings, settings, accepted)
 
 
-def _settings(members: Sequence[PooledRecording]) -> Settings:
-    """The settings of every effect at which a recording alone accepts it, or where none does finds it best."""
+def _settings(recordings: Sequence[PooledRecording]) -> Settings:
+    """The settings of every effect accepted by a recording alone, or found best where none accepts the effect."""
     accepted, listed = Settings(), Settings()
-    for member in members:
-        _gather(accepted, (one.evidence for one in member.named))
-        _gather(listed, (one.evidence for one in member.seen.belief.selection.judged))
+    for recording in recordings:
+        _gather(accepted, (effect.evidence for effect in recording.own_effects))
+        _gather(listed, (effect.evidence for effect in recording.examination.conclusion.selection.results))
     return listed | accepted
 
 
-def _gather(found: Settings, several: Iterable[Evidence]) -> None:
-    for one in several:
-        if not one.candidate.once and one.candidate not in found.setdefault(one.name, []):
-            found[one.name].append(one.candidate)
+def _gather(found: Settings, evidences: Iterable[Evidence]) -> None:
+    for evidence in evidences:
+        if not evidence.candidate.one_run and evidence.candidate not in found.setdefault(evidence.name, []):
+            found[evidence.name].append(evidence.candidate)
 
 
-def _clean(members: Sequence[PooledRecording], names: Sequence[str]) -> bool:
-    return all(tests_beside(one.ground, [*names, *(e.name for e in one.events)]).clean for one in members)
-
-
-def _best(members: Sequence[PooledRecording], settings: Settings, chosen: Sequence[Chosen]) -> Chosen | None:
-    """The first of the likeliest candidates that the recordings together bear out."""
-    besides = [ColouredBaseline.of(one.problem, one.ground.inside) for one in members]
-    tried = _tried(members, besides, settings, chosen)
-    refused: list[PooledCandidate] = []
-    for joint in sorted(tried, key=lambda one: -one.gain):
-        if any(is_useless_beside(joint.columns, better) for better in refused):
-            continue  # what a better one takes up does not stand in its place
-        with_it = [one.beside(joint.candidate) for one in members]
-        coloured = not _clean(with_it, [*(one.name for one in chosen), joint.name])
-        found = _finding(joint, members, coloured=coloured)
-        if _stands(found, members, with_it, coloured=coloured):
-            named = _named(joint, found, tried, settings, members, coloured=coloured)
-            if not _is_refused(named, members):
-                return named
-        if found.joint.asked == joint.asked:  # where one recording has another cause, that one may be what all have
-            refused.append(joint)
-    return None
-
-
-def _stands(
-    found: TransferFinding, members: Sequence[PooledRecording], with_it: Sequence[PooledRecording], *, coloured: bool
-) -> bool:
-    """Whether the recordings bear an effect out by more than chance, beside a coloured rest by enough of the gap."""
-    if found.reach is None or found.nats <= _most_by_chance(found.joint):
-        return False
-    return not coloured or (_adds(found, members, with_it) and _along_the_field(found, members, with_it))
-
-
-def _is_refused(one: Chosen, members: Sequence[PooledRecording]) -> bool:
-    """Whether half of the recordings that could tell it by themselves do not, by one of a diagnosis' own doubts."""
-    joint, names = one.finding.joint, {one.name, *one.alternatives}
-    able = [member for i, member in enumerate(members) if joint.own(i) > joint.policy.coloured_nats]
-    against = [member for member in able if not names & member.names]
-    return bool(able) and 2 * len(against) >= len(able)
-
-
-def _finding(joint: PooledCandidate, members: Sequence[PooledRecording], *, coloured: bool) -> TransferFinding:
-    policy = members[0].problem.policy
-    needed = policy.coloured_nats if coloured else policy.accepted_together(len(EFFECTS))
-    pairs = zip(joint.asked, members, strict=True)
-    asked = tuple(one and beside_own(one, member.instead_of(joint)) for one, member in pairs)
-    named = [i for i, member in enumerate(members) if joint.name in (one.name for one in member.named)]
-    return finding(replace(joint, asked=asked), needed, policy, named)
-
-
-def _tried(
-    members: Sequence[PooledRecording],
-    besides: Sequence[ColouredBaseline],
-    settings: Settings,
-    chosen: Sequence[Chosen],
-) -> list[PooledCandidate]:
-    """The likeliest candidates beside the rests as they are, and what any recording alone names, with rests anew."""
-    problems = [one.problem for one in members]
-    flat = [one for several in settings.values() for one in several]
-    rests = [one.poorer.rest for one in besides]
-    likely = dict(zip(flat, _likely(flat, problems, besides, rests), strict=True))
-    best = {name: max(several, key=lambda one: likely[one]) for name, several in settings.items()}
-    order = sorted(best, key=lambda name: -likely[best[name]])[: problems[0].policy.tried_coloured]
-    mine = {one.name for member in members for one in member.named} - {one.name for one in chosen}
-    names = dict.fromkeys([*order, *mine])
-    return [joint_of(best[name], settings[name], besides, problems) for name in names]
-
-
-def joint_of(
-    candidate: Candidate,
-    settings: Sequence[Candidate],
-    besides: Sequence[ColouredBaseline],
-    problems: Sequence[LinearProblem],
-) -> PooledCandidate:
-    """A candidate at the best of its settings: the likeliest beside the rests that the given one leaves."""
-    tried = max(one.tried for one in settings) * len(settings)
-    joint = PooledCandidate.of(candidate, besides, problems, tried)
-    if len(settings) == 1 or not joint.there:
-        return joint
-    rests = [
-        beside.poorer.rest if one is None else one.hypothesis.rest
-        for one, beside in zip(joint.asked, besides, strict=True)
-    ]
-    likely = _likely(settings, problems, besides, rests)
-    best = max(settings, key=lambda one: likely[settings.index(one)])
-    return (
-        joint
-        if best == candidate
-        else max(joint, PooledCandidate.of(best, besides, problems, tried), key=lambda one: one.gain)
+def _residuals_are_clean(recordings: Sequence[PooledRecording], names: Sequence[str]) -> bool:
+    return all(
+        tests_with_effects(recording.baseline, [*names, *(event.name for event in recording.events)]).clean
+        for recording in recordings
     )
 
 
-def _likely(
-    flat: Sequence[Candidate],
+def _best_candidate(
+    recordings: Sequence[PooledRecording], settings: Settings, accepted: Sequence[PooledEffect]
+) -> PooledEffect | None:
+    """The most likely candidate supported by the recordings together."""
+    baselines = [
+        ColouredBaseline.of(recording.problem, recording.baseline.accepted_columns) for recording in recordings
+    ]
+    tried = _screened(recordings, baselines, settings, accepted)
+    refused: list[PooledCandidate] = []
+    for pooled in sorted(tried, key=lambda candidate: -candidate.gain):
+        if any(is_explained_by(pooled.columns, better) for better in refused):
+            continue  # explained by a better candidate, hence refused for the same reason
+        with_candidate = [recording.with_candidate(pooled.candidate) for recording in recordings]
+        coloured = not _residuals_are_clean(with_candidate, [*(effect.name for effect in accepted), pooled.name])
+        finding = _finding(pooled, recordings, coloured=coloured)
+        if _is_supported(finding, recordings, with_candidate, coloured=coloured):
+            named = _with_alternatives(pooled, finding, tried, settings, recordings, coloured=coloured)
+            if not _is_contradicted(named, recordings):
+                return named
+        # A recording with another cause may show the cause of all: then the rivals of this candidate stay.
+        if finding.pooled.in_recordings == pooled.in_recordings:
+            refused.append(pooled)
+    return None
+
+
+def _is_supported(
+    finding: TransferFinding,
+    recordings: Sequence[PooledRecording],
+    with_candidate: Sequence[PooledRecording],
+    *,
+    coloured: bool,
+) -> bool:
+    """Whether the recordings support an effect beyond chance; in coloured noise, by enough of the gap as well."""
+    if finding.transfer is None or finding.nats <= _largest_surrogate_gain(finding.pooled):
+        return False
+    return not coloured or (
+        _explains_gap(finding, recordings, with_candidate) and _along_the_field(finding, recordings, with_candidate)
+    )
+
+
+def _is_contradicted(effect: PooledEffect, recordings: Sequence[PooledRecording]) -> bool:
+    """Whether half of the recordings able to show the effect alone exclude it by a rule of their own diagnosis."""
+    pooled, names = effect.finding.pooled, {effect.name, *effect.alternatives}
+    able = [recording for i, recording in enumerate(recordings) if pooled.own_nats(i) > pooled.policy.coloured_nats]
+    against = [recording for recording in able if not names & recording.own_names]
+    return bool(able) and 2 * len(against) >= len(able)
+
+
+def _finding(pooled: PooledCandidate, recordings: Sequence[PooledRecording], *, coloured: bool) -> TransferFinding:
+    policy = recordings[0].problem.policy
+    needed = policy.coloured_nats if coloured else policy.accepted_pooled(len(EFFECTS))
+    pairs = zip(pooled.in_recordings, recordings, strict=True)
+    in_recordings = tuple(
+        in_recording and with_own_effects(in_recording, recording.competing_columns(pooled))
+        for in_recording, recording in pairs
+    )
+    named = [
+        i for i, recording in enumerate(recordings) if pooled.name in (effect.name for effect in recording.own_effects)
+    ]
+    return assess_transfer(replace(pooled, in_recordings=in_recordings), needed, policy, named)
+
+
+def _screened(
+    recordings: Sequence[PooledRecording],
+    baselines: Sequence[ColouredBaseline],
+    settings: Settings,
+    accepted: Sequence[PooledEffect],
+) -> list[PooledCandidate]:
+    """Test the candidates of largest gain with the baselines' noise models, and all effects named by a recording."""
+    problems = [recording.problem for recording in recordings]
+    flat = [setting for listed in settings.values() for setting in listed]
+    noise_models = [baseline.hypothesis.noise_model for baseline in baselines]
+    likely = dict(zip(flat, _cross_predicted(flat, problems, baselines, noise_models), strict=True))
+    best = {name: max(listed, key=lambda setting: likely[setting]) for name, listed in settings.items()}
+    order = sorted(best, key=lambda name: -likely[best[name]])[: problems[0].policy.tried_coloured]
+    own_names = {effect.name for recording in recordings for effect in recording.own_effects}
+    names = dict.fromkeys([*order, *(own_names - {effect.name for effect in accepted})])
+    return [pooled_candidate(best[name], settings[name], baselines, problems) for name in names]
+
+
+def pooled_candidate(
+    candidate: Candidate,
+    settings: Sequence[Candidate],
+    baselines: Sequence[ColouredBaseline],
     problems: Sequence[LinearProblem],
-    besides: Sequence[ColouredBaseline],
-    rests: Sequence[NoiseModel],
+) -> PooledCandidate:
+    """The candidate at its best setting: the setting of largest gain with the noise models left by the given one."""
+    tried = max(setting.tried for setting in settings) * len(settings)
+    pooled = PooledCandidate.of(candidate, baselines, problems, tried)
+    if len(settings) == 1 or not pooled.tested:
+        return pooled
+    noise_models = [
+        coloured_baseline.hypothesis.noise_model if in_recording is None else in_recording.hypothesis.noise_model
+        for in_recording, coloured_baseline in zip(pooled.in_recordings, baselines, strict=True)
+    ]
+    likely = _cross_predicted(settings, problems, baselines, noise_models)
+    best = max(settings, key=lambda setting: likely[settings.index(setting)])
+    if best == candidate:
+        return pooled
+    return max(pooled, PooledCandidate.of(best, baselines, problems, tried), key=lambda tested: tested.gain)
+
+
+def _cross_predicted(
+    candidates: Sequence[Candidate],
+    problems: Sequence[LinearProblem],
+    baselines: Sequence[ColouredBaseline],
+    noise_models: Sequence[NoiseModel],
 ) -> list[float]:
-    """Nats that the others' coefficients explain in each, summed, beside given rests."""
-    found: dict[Candidate, list[CoefficientEstimate]] = {one: [] for one in flat}
-    for problem, beside, rest in zip(problems, besides, rests, strict=True):
-        rows = {one: beside.rows.taken(each) for one in flat if (each := columns_in(one, problem)) is not None}
-        products = informations(beside.rows, beside.inside, list(rows.values()), rest)
-        for one, each in zip(rows, products, strict=True):
-            found[one].append(estimate(each))
-    return [float(left_out_gains(several).sum()) if several else -np.inf for several in found.values()]
+    """Nats explained in each recording by the other recordings' coefficients, summed, for given noise models."""
+    estimates: dict[Candidate, list[CoefficientEstimate]] = {candidate: [] for candidate in candidates}
+    for problem, coloured_baseline, noise_model in zip(problems, baselines, noise_models, strict=True):
+        rows = {
+            candidate: coloured_baseline.rows.bin(columns)
+            for candidate in candidates
+            if (columns := columns_in(candidate, problem)) is not None
+        }
+        products = information_matrices(
+            coloured_baseline.rows, coloured_baseline.accepted_columns, list(rows.values()), noise_model
+        )
+        for candidate, product in zip(rows, products, strict=True):
+            estimates[candidate].append(estimate(product))
+    return [float(cross_predicted_gains(each).sum()) if each else -np.inf for each in estimates.values()]
 
 
-def _most_by_chance(joint: PooledCandidate) -> float:
-    """Most nats of common coefficients that the effects of none gain together, rolled alike in every recording."""
-    turns = zip(*(one.chance for one in joint.there), strict=True)
-    scaled = ([estimate(N, one.inflation) for N, one in zip(turn, joint.there, strict=True)] for turn in turns)
-    return max(float(left_out_gains(several).sum()) for several in scaled)
+def _largest_surrogate_gain(pooled: PooledCandidate) -> float:
+    """Largest nats of common coefficients among surrogates, shifted alike in every recording."""
+    turns = zip(*(in_recording.surrogates for in_recording in pooled.tested), strict=True)
+    scaled = (
+        [estimate(N, in_recording.inflation) for N, in_recording in zip(turn, pooled.tested, strict=True)]
+        for turn in turns
+    )
+    return max(float(cross_predicted_gains(estimates).sum()) for estimates in scaled)
 
 
-def _adds(found: TransferFinding, members: Sequence[PooledRecording], with_it: Sequence[PooledRecording]) -> bool:
-    """Whether it explains a share of the gap where it is present."""
-    pairs = zip(members, with_it, found.there, strict=True)
-    shares = [added_share(a.start, a.ground, b.ground.squares) for a, b, there in pairs if there is There.PRESENT]
-    return float(np.mean(shares or [0.0])) >= members[0].problem.policy.least_added
+def _explains_gap(
+    finding: TransferFinding, recordings: Sequence[PooledRecording], with_candidate: Sequence[PooledRecording]
+) -> bool:
+    """Whether a candidate explains a share of the gap where it is present."""
+    pairs = zip(recordings, with_candidate, finding.presence, strict=True)
+    shares = [
+        added_share(before.start, before.baseline, after.baseline.squares)
+        for before, after, presence in pairs
+        if presence is Presence.PRESENT
+    ]
+    return float(np.mean(shares or [0.0])) >= recordings[0].problem.policy.least_added
 
 
 def _along_the_field(
-    found: TransferFinding, members: Sequence[PooledRecording], with_it: Sequence[PooledRecording]
+    finding: TransferFinding, recordings: Sequence[PooledRecording], with_candidate: Sequence[PooledRecording]
 ) -> bool:
-    """Whether a field of its own gains along the field in half the recordings at least."""
-    asked = [
-        gains_along_the_field(before.ground, after.ground)
-        for before, after, there in zip(members, with_it, found.there, strict=True)
-        if there is There.PRESENT
+    """Whether a source gains along the field in at least half of the recordings."""
+    gains_along = [
+        explains_along_field(before.baseline, after.baseline)
+        for before, after, presence in zip(recordings, with_candidate, finding.presence, strict=True)
+        if presence is Presence.PRESENT
         and before.problem.mode == "vector"
-        and found.joint.candidate.effect.traits.field_source
+        and finding.pooled.candidate.effect.traits.field_source
     ]
-    return not asked or 2 * sum(asked) >= len(asked)
+    return not gains_along or 2 * sum(gains_along) >= len(gains_along)
 
 
-def _named(
+def _with_alternatives(
     best: PooledCandidate,
-    found: TransferFinding,
+    finding: TransferFinding,
     tried: Sequence[PooledCandidate],
     settings: Settings,
-    members: Sequence[PooledRecording],
+    recordings: Sequence[PooledRecording],
     *,
     coloured: bool,
-) -> Chosen:
-    """The simplest of those as good as the best and of its kin, and all others that look like it in all recordings."""
-    problems = [one.problem for one in members]
+) -> PooledEffect:
+    """Choose the simplest of the candidates as good as the best, with all look-alikes as alternatives."""
+    problems = [recording.problem for recording in recordings]
     closest, alike = look_alikes(best, tried, problems[0].policy, coloured=coloured)
-    chosen = simplest(closest, problems[0].policy)
-    names = dict.fromkeys([*(one.name for one in (*closest, *alike)), *explain_as_much(found, settings, problems)])
-    simpler = found if chosen is best else _finding(chosen, members, coloured=coloured)
-    last = found if simpler.reach is None else simpler
-    if last.reach is Transfer.NOT_TRANSFERRED:
-        names |= dict.fromkeys(_listed_by_each(last.joint.name, members))
-    return Chosen(last, tuple(name for name in names if name != last.joint.name))
+    simplest = select_simplest(closest, problems[0].policy)
+    names = dict.fromkeys(
+        [*(candidate.name for candidate in (*closest, *alike)), *fit_equally_well(finding, settings, problems)]
+    )
+    simplest_finding = finding if simplest is best else _finding(simplest, recordings, coloured=coloured)
+    last = finding if simplest_finding.transfer is None else simplest_finding
+    if last.transfer is Transfer.NOT_TRANSFERRED:
+        names |= dict.fromkeys(_common_alternatives(last.pooled.name, recordings))
+    return PooledEffect(last, tuple(name for name in names if name != last.pooled.name))
 
 
-def _listed_by_each(name: str, members: Sequence[PooledRecording]) -> list[str]:
-    """What every recording that names an effect by itself does not tell from it.
+def _common_alternatives(name: str, recordings: Sequence[PooledRecording]) -> list[str]:
+    """Look-alikes listed by every recording whose own diagnosis names the effect.
 
-    Of coefficients that differ the others say nothing.
+    Where coefficients differ, the remaining recordings carry no information on look-alikes.
     """
-    own = [one.alternatives for member in members for one in member.named if one.name == name]
-    return [other for other in own[0] if all(other in each for each in own)] if own else []
+    alternatives = [
+        effect.alternatives for recording in recordings for effect in recording.own_effects if effect.name == name
+    ]
+    return (
+        [other for other in alternatives[0] if all(other in listed for listed in alternatives)] if alternatives else []
+    )
 
 
-def _is_form(best: Chosen, chosen: Sequence[Chosen], first: Sequence[ColouredBaseline], policy: Policy) -> bool:
-    """Whether an effect is only the form of what is in: of its kin, or smaller by far.
+def _is_form_of_accepted(
+    best: PooledEffect, accepted: Sequence[PooledEffect], first: Sequence[ColouredBaseline], policy: Policy
+) -> bool:
+    """Whether an effect is a form error of accepted effects: of one family, or far smaller.
 
-    first : the rows without any effect. What is much smaller than alone looked like what is in.
+    first : the baselines without any effect. A size far smaller than alone shows resemblance to accepted effects.
     """
-    if not chosen:
+    if not accepted:
         return False
-    kin = any(are_kin(best.finding.joint, one.finding.joint) for one in chosen)
-    same = any(best.name == one.name for one in chosen)
-    like = best.strength < policy.shrunk_form * best.alone(first).strength
-    share = policy.same_form_share if same or like else policy.form_share
-    return kin or best.strength < share * chosen[0].strength
+    if any(in_same_family(best.finding.pooled, effect.finding.pooled) for effect in accepted):
+        return True
+    same = any(best.name == effect.name for effect in accepted)
+    alone = best.without_others(first).strength
+    return is_form_by_size(best.strength, alone, accepted[0].strength, policy, same=same)
 
 
-def _not_borne_out(
-    members: Sequence[PooledRecording], settings: Settings, chosen: Sequence[Chosen]
+def _named_by_one(
+    recordings: Sequence[PooledRecording], settings: Settings, accepted: Sequence[PooledEffect]
 ) -> list[TransferFinding]:
-    """What a recording alone names and the lot does not, asked beside what the lot believes."""
-    known = {name for one in chosen for name in (one.name, *one.alternatives)}
-    alone = {one.name: one.evidence.candidate for member in members for one in member.named if one.name not in known}
-    besides = [ColouredBaseline.of(one.problem, one.ground.inside) for one in members] if alone else []
-    problems = [one.problem for one in members]
-    joints = [joint_of(candidate, settings[name], besides, problems) for name, candidate in alone.items()]
-    return [replace(_finding(joint, members, coloured=True), reach=None) for joint in joints]
+    """Effects named by a single recording, tested next to the accepted effects of the pool."""
+    known = {name for effect in accepted for name in (effect.name, *effect.alternatives)}
+    alone = {
+        effect.name: effect.evidence.candidate
+        for recording in recordings
+        for effect in recording.own_effects
+        if effect.name not in known
+    }
+    baselines = (
+        [ColouredBaseline.of(effect.problem, effect.baseline.accepted_columns) for effect in recordings]
+        if alone
+        else []
+    )
+    problems = [effect.problem for effect in recordings]
+    joints = [pooled_candidate(candidate, settings[name], baselines, problems) for name, candidate in alone.items()]
+    return [replace(_finding(pooled, recordings, coloured=True), transfer=None) for pooled in joints]

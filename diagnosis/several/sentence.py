@@ -1,134 +1,155 @@
-"""What several recordings say together, in one sentence, and what to do next."""
+"""Sentence and advice for a diagnosis of several recordings."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
 
-from diagnosis.decision.advice import ways_to_tell
-from diagnosis.decision.sentence import LISTED_CHANNELS, words_of
-from diagnosis.result import NORMAL_95, Diagnosis, How, Transfer
-from diagnosis.several.common_effects import Common, main_size
+from diagnosis.decision.advice import separation_advice
+from diagnosis.decision.sentence import LISTED_CHANNELS, describe_effect
+from diagnosis.result import NORMAL_95, Diagnosis, EvidenceKind, Transfer
+from diagnosis.several.common_effects import CommonEffect, main_size
 from diagnosis.several.result import PooledDiagnosis
 from diagnosis.several.scope import RECORDINGS, Scope
-from diagnosis.several.transfer import There
+from diagnosis.several.transfer import Presence
 from diagnosis.verdict import Verdict
 from validation.text import all_of, figure
 
 
-def sentence_together(found: PooledDiagnosis) -> str:
-    """The finding in one sentence for a field engineer."""
-    explained = found.gap.explained
-    seen = explained is not None and any(one.named.how is How.HELD_OUT for one in found.common)
-    channels = ", ".join(one.channel for one in found.where[:LISTED_CHANNELS])
-    return found.verdict.sentence(
-        causes="; ".join(f"{words_of(one.named)}, {reach_of(one)}" for one in found.common),
-        share=_share(found) if seen else "",
-        left="; ".join(found.left),
+def pooled_sentence(diagnosis: PooledDiagnosis) -> str:
+    """Summarise the diagnosis in one sentence for a field engineer."""
+    explained = diagnosis.gap.explained
+    has_explained = explained is not None and any(
+        effect.named.kind is EvidenceKind.HELD_OUT for effect in diagnosis.common
+    )
+    channels = ", ".join(effect.channel for effect in diagnosis.where[:LISTED_CHANNELS])
+    return diagnosis.verdict.sentence(
+        causes="; ".join(
+            f"{describe_effect(effect.named)}, {describe_transfer(effect)}" for effect in diagnosis.common
+        ),
+        share=_share(diagnosis) if has_explained else "",
+        left="; ".join(diagnosis.unexplained),
         nearest="",
-        goes_with=f"; it goes with {channels}" if channels else "",
+        goes_with=f"; the gap follows {channels}" if channels else "",
     )
 
 
-def _share(found: PooledDiagnosis) -> str:
-    fitted = [one for one in found.common if one.named.how is How.HELD_OUT]
-    own = all(one.reach is Transfer.NOT_TRANSFERRED for one in fitted)
+def _share(diagnosis: PooledDiagnosis) -> str:
+    fitted = [effect for effect in diagnosis.common if effect.named.kind is EvidenceKind.HELD_OUT]
+    own = all(effect.transfer is Transfer.NOT_TRANSFERRED for effect in fitted)
     whose = "its own coefficients" if own else "the others' coefficients"
-    return f"; in each recording {whose} explain {100 * (found.gap.explained or 0.0):.0f} % of the gap"
+    return f"; in each recording {whose} explain {100 * (diagnosis.gap.explained or 0.0):.0f} % of the gap"
 
 
-def reach_of(one: Common, among: Scope = RECORDINGS) -> str:
-    """How far an effect reaches, in words."""
-    n, with_it = len(one.there), sum(there is There.PRESENT for there in one.there)
-    if one.reach is Transfer.TRANSFERRED:
-        return f"the same in {all_of(n, among.key)}"
-    if one.reach is Transfer.NOT_TRANSFERRED:
-        return f"of another size from {among.one} to {among.one}"
-    return f"in {with_it} of {n} {among.key}"
+def describe_transfer(effect: CommonEffect, scope: Scope = RECORDINGS) -> str:
+    """Describe the transfer of an effect in words."""
+    n, showing = len(effect.presence), sum(presence is Presence.PRESENT for presence in effect.presence)
+    if effect.transfer is Transfer.TRANSFERRED:
+        return f"the same in {all_of(n, scope.key)}"
+    if effect.transfer is Transfer.NOT_TRANSFERRED:
+        return f"of different size from {scope.noun} to {scope.noun}"
+    return f"in {showing} of {n} {scope.key}"
 
 
-def advice_together(found: PooledDiagnosis) -> tuple[str, ...]:
-    """What to do next with the lot, then what every recording's own diagnosis advises."""
-    shared = [line for line in found.each[0].advice if all(line in other.advice for other in found.each[1:])]
-    own = [*_of_differences(found), *_of_one_alone(found), *ways_to_tell([one.named for one in found.common])]
-    told = {one.name for one in found.common}
-    others = [line for line in shared if "--confirm" not in line and not any(line.startswith(name) for name in told)]
+def pooled_advice(diagnosis: PooledDiagnosis) -> tuple[str, ...]:
+    """Advice for the pool, then advice shared by all recordings' own diagnoses."""
+    shared = [
+        line for line in diagnosis.each[0].advice if all(line in another.advice for another in diagnosis.each[1:])
+    ]
+    own = [
+        *_advice_on_differences(diagnosis),
+        *_advice_on_single(diagnosis),
+        *separation_advice([effect.named for effect in diagnosis.common]),
+    ]
+    named = {effect.name for effect in diagnosis.common}
+    others = [line for line in shared if "--confirm" not in line and not any(line.startswith(name) for name in named)]
     return tuple(dict.fromkeys([*own, *others]))
 
 
-def _of_differences(found: PooledDiagnosis) -> Iterator[str]:
-    for one in found.common:
-        if one.reach is Transfer.NOT_TRANSFERRED:
+def _advice_on_differences(diagnosis: PooledDiagnosis) -> Iterator[str]:
+    for effect in diagnosis.common:
+        if effect.transfer is Transfer.NOT_TRANSFERRED:
             yield (
-                f"{one.name} does not transfer{_odd_one(found, one)}. Ask what was changed between the recordings "
-                "(mount, load, power, settings), and calibrate each state by itself."
+                f"{effect.name} does not transfer{_most_different(diagnosis, effect)}. Find out what changed between "
+                "the recordings (mount, load, power, settings), and calibrate each state by itself."
             )
-        if one.reach is Transfer.SOME:
-            without = [name for name, there in zip(found.names, one.there, strict=True) if there is There.ABSENT]
+        if effect.transfer is Transfer.SOME:
+            without = _without(diagnosis, effect)
             if without:
-                yield f"{one.name} is not in {', '.join(without)}: ask what was on or mounted in the others only."
+                yield (
+                    f"{effect.name} is not in {', '.join(without)}: find out what was on or mounted in the other "
+                    "recordings only."
+                )
 
 
-def _odd_one(found: PooledDiagnosis, one: Common) -> str:
-    """The recording that differs most from all others, and by what factor."""
-    known = [(name, *ratio) for name, ratio in zip(found.names, one.ratios, strict=False) if ratio is not None]
+def _without(diagnosis: PooledDiagnosis, effect: CommonEffect) -> list[str]:
+    """Names of the recordings or sensors without an effect."""
+    pairs = zip(diagnosis.names, effect.presence, strict=True)
+    return [name for name, presence in pairs if presence is Presence.ABSENT]
+
+
+def _most_different(diagnosis: PooledDiagnosis, effect: CommonEffect) -> str:
+    """The recording that differs most from all others, with the ratio of sizes."""
+    known = [(name, *ratio) for name, ratio in zip(diagnosis.names, effect.ratios, strict=False) if ratio is not None]
     if not known:
         return ""
-    name, ratio, std = max(known, key=lambda each: abs(each[1] - 1) / each[2])
-    return f": {name} has {figure(ratio)} times the size that the others have (+-{figure(NORMAL_95 * std, 1)})"
+    name, ratio, std = max(known, key=lambda row: abs(row[1] - 1) / row[2])
+    return f": {name} has {figure(ratio)} times the size of the others (+-{figure(NORMAL_95 * std, 1)})"
 
 
-def sentence_of_array(found: PooledDiagnosis) -> str:
-    """What the worst sensor says, how many others say what, and how far its names reach."""
-    assert found.first is not None
-    count = Counter(str(one.verdict) for one in found.each)
+def array_sentence(diagnosis: PooledDiagnosis) -> str:
+    """Summarise the worst sensor, the verdicts of all sensors, and the transfer of the worst sensor's effects."""
+    assert diagnosis.first is not None
+    count = Counter(str(item.verdict) for item in diagnosis.each)
     verdicts = ", ".join(f"{many} {word}" for word, many in count.items())
-    reaches = "".join(f" {one.name} is {reach_of(one, found.among)}." for one in found.common)
-    if len(count) == 1 and found.verdict is Verdict.NONE:
-        return f"{all_of(len(found.each), found.among.key).capitalize()}: {found.each[0].sentence}"
-    return f"{found.names[found.first]}, of {len(found.each)} sensors ({verdicts}): {_own(found).sentence}{reaches}"
+    transfers = "".join(f" {item.name} is {describe_transfer(item, diagnosis.scope)}." for item in diagnosis.common)
+    if len(count) == 1 and diagnosis.verdict is Verdict.NONE:
+        return f"{all_of(len(diagnosis.each), diagnosis.scope.key).capitalize()}: {diagnosis.each[0].sentence}"
+    worst = f"{diagnosis.names[diagnosis.first]}, of {len(diagnosis.each)} sensors ({verdicts})"
+    return f"{worst}: {_headline_diagnosis(diagnosis).sentence}{transfers}"
 
 
-def _own(found: PooledDiagnosis) -> Diagnosis:
+def _headline_diagnosis(diagnosis: PooledDiagnosis) -> Diagnosis:
     """The diagnosis in the headline."""
-    return found.each[found.first or 0]
+    return diagnosis.each[diagnosis.first or 0]
 
 
-def advice_of_array(found: PooledDiagnosis) -> tuple[str, ...]:
-    """Whether a source is near or far, then what the worst sensor's own diagnosis advises."""
-    return tuple(dict.fromkeys([*_near_or_far(found), *_own(found).advice]))
+def array_advice(diagnosis: PooledDiagnosis) -> tuple[str, ...]:
+    """Whether a source is near or far, then the advice of the worst sensor's own diagnosis."""
+    return tuple(dict.fromkeys([*_near_or_far(diagnosis), *_headline_diagnosis(diagnosis).advice]))
 
 
-def _near_or_far(found: PooledDiagnosis) -> Iterator[str]:
-    for one in (*found.common, *found.single):
-        if one.reach is Transfer.TRANSFERRED:
+def _near_or_far(diagnosis: PooledDiagnosis) -> Iterator[str]:
+    for effect in (*diagnosis.common, *diagnosis.single):
+        if effect.transfer is Transfer.TRANSFERRED:
             yield (
-                f"{one.name} is the same at all sensors: its source is far off beside the distance between them, or it "
-                "is something that they share (the given field, navigation, a supply): another place in the array does "
-                "not help."
+                f"{effect.name} is the same at all sensors: its source is far away compared with their spacing, or "
+                "shared (the given field, navigation, a supply): another place in the array does not help."
             )
-        elif one.reach is Transfer.NOT_TRANSFERRED:
-            size, name = min(_sizes(found, one))
-            largest, where = max(_sizes(found, one))
+        elif effect.transfer is Transfer.NOT_TRANSFERRED:
+            size, name = min(_sizes(diagnosis, effect))
+            largest, where = max(_sizes(diagnosis, effect))
             more = f"{figure(largest / size)} times as much" if size > 0 else "most"
             yield (
-                f"{one.name} differs from sensor to sensor: its source is near them, or in each. {name} has least, "
-                f"{where} {more}."
+                f"{effect.name} differs from sensor to sensor: its source is nearby, or inside each sensor. {name} has "
+                f"least, {where} {more}."
             )
         else:
-            without = [name for name, there in zip(found.names, one.there, strict=True) if there is There.ABSENT]
+            without = _without(diagnosis, effect)
             if without:
-                yield f"{one.name} is not in {', '.join(without)}: its source is near the others, or in them."
+                yield f"{effect.name} is not in {', '.join(without)}: its source is near or inside the other sensors."
 
 
-def _sizes(found: PooledDiagnosis, one: Common) -> list[tuple[float, str]]:
+def _sizes(diagnosis: PooledDiagnosis, effect: CommonEffect) -> list[tuple[float, str]]:
     """Size of the main parameter at each sensor."""
-    pairs = zip(found.names, one.each, strict=True)
-    return [(main_size(mine.effect), name) for name, mine in pairs if mine is not None]
+    pairs = zip(diagnosis.names, effect.each, strict=True)
+    return [(main_size(in_recording.effect), name) for name, in_recording in pairs if in_recording is not None]
 
 
-def _of_one_alone(found: PooledDiagnosis) -> Iterator[str]:
-    for one in found.single:
-        against = [name for name, there in zip(found.names, one.there, strict=True) if there is There.ABSENT]
-        why = f"{', '.join(against)} speak against it" if against else "the others cannot tell"
-        yield f"{one.name} is named by one recording alone and {why}: it is no finding of the lot."
+def _advice_on_single(diagnosis: PooledDiagnosis) -> Iterator[str]:
+    for effect in diagnosis.single:
+        against = [
+            name for name, presence in zip(diagnosis.names, effect.presence, strict=True) if presence is Presence.ABSENT
+        ]
+        why = f"{', '.join(against)} contradict it" if against else "the others cannot decide"
+        yield f"{effect.name} is named by one recording alone and {why}: not a common finding."

@@ -1,4 +1,4 @@
-"""How far an effect reaches: in all recordings with one coefficient, in all with several, in some, or in one alone."""
+"""Transfer of an effect between recordings: equal in all, of differing size, in some, or in a single one."""
 
 from __future__ import annotations
 
@@ -8,152 +8,157 @@ from enum import StrEnum
 
 from diagnosis.policy import Policy
 from diagnosis.result import Transfer
-from diagnosis.several.coefficients import Agreement, agreement, foretold
+from diagnosis.several.coefficients import Agreement, agreement, predicted_by_others
 from diagnosis.several.pooled_test import PooledCandidate
 
 
-class There(StrEnum):
-    """What one recording says of an effect."""
+class Presence(StrEnum):
+    """Presence of an effect in one recording."""
 
     PRESENT = "present"
     ABSENT = "absent"
-    OPEN = "cannot tell"
-    UNASKED = "causes not recorded"
+    UNDECIDED = "cannot tell"
+    NOT_RECORDED = "causes not recorded"
 
 
 @dataclass(frozen=True)
 class TransferFinding:
-    """An effect in the lot: how far it reaches (None: no name), nats, what each recording says, and the test.
+    """Transfer of an effect in the pool (None: not accepted), nats, presence in each recording, test of agreement.
 
-    nats: over the inflation; of coefficients that the other recordings give where `reach` is not None. agreement: the
-    pooled coefficients of those that have it, and whether all of them agree.
+    nats: over the inflation, of coefficients predicted by the other recordings if `transfer` is not None. agreement:
+    pooled coefficients of the recordings with the effect, and their agreement.
     """
 
-    joint: PooledCandidate
-    reach: Transfer | None
+    pooled: PooledCandidate
+    transfer: Transfer | None
     nats: float
-    there: tuple[There, ...]
+    presence: tuple[Presence, ...]
     agreement: Agreement
 
 
-def finding(joint: PooledCandidate, needed: float, policy: Policy, named: Sequence[int] = ()) -> TransferFinding:
-    """How far an effect reaches; needed : nats of the others' coefficients above which it is believed.
+def assess_transfer(
+    pooled: PooledCandidate, needed: float, policy: Policy, named: Sequence[int] = ()
+) -> TransferFinding:
+    """Assess the transfer of an effect; needed : nats of predicted coefficients for acceptance.
 
-    Of another size from recording to recording it is believed too, as long as the others' size explains more than none;
-    whatever the others' explain where two recordings name it by themselves, as a tone whose phase is another in every
-    run. named : the recordings whose own diagnosis names it.
+    An effect whose size differs between recordings is accepted where the predicted size still explains more than
+    nothing, or where two recordings name the effect by themselves, as a tone of random phase. named : the recordings
+    whose own diagnosis names the effect.
     """
-    everyone, there, some = _those_that_show(joint, policy)
-    each, agree = _common(joint, everyone, policy)
-    total = _total(joint, each)
-    if _holds(joint, each, agree, needed) and agree.p > policy.not_transferred_alarm:
-        return TransferFinding(joint, Transfer.TRANSFERRED, total, there, agree)
-    if len(some) < 2:
-        return TransferFinding(joint, None, total, there, agree)
-    each_there, agree_there = _common(joint, some, policy)
-    part = _total(joint, each_there)
-    reach, nats = None, max(total, part)
-    if _holds(joint, each_there if part > total else each, agree_there, needed):
-        same = There.ABSENT in there and part > needed and agree_there.p > policy.not_transferred_alarm
-        reach = Transfer.SOME if same else _differing(joint, some, needed)
-    elif alone := _nats_of_each(joint, set(some).intersection(named), needed):
-        reach, nats = Transfer.NOT_TRANSFERRED, alone
-    return TransferFinding(joint, reach, nats, there, agree_there)
+    testable, presence, present = _present_in(pooled, policy)
+    gains, agree = _common_nats(pooled, testable, policy)
+    total = _total_nats(pooled, gains)
+    if _is_supported(pooled, gains, agree, needed) and agree.p > policy.not_transferred_alarm:
+        return TransferFinding(pooled, Transfer.TRANSFERRED, total, presence, agree)
+    if len(present) < 2:
+        return TransferFinding(pooled, None, total, presence, agree)
+    gains_present, agree_present = _common_nats(pooled, present, policy)
+    part = _total_nats(pooled, gains_present)
+    transfer, nats = None, max(total, part)
+    if _is_supported(pooled, gains_present if part > total else gains, agree_present, needed):
+        same = Presence.ABSENT in presence and part > needed and agree_present.p > policy.not_transferred_alarm
+        transfer = Transfer.SOME if same else _differing_transfer(pooled, present, needed)
+    elif alone := _independent_nats(pooled, set(present).intersection(named), needed):
+        transfer, nats = Transfer.NOT_TRANSFERRED, alone
+    return TransferFinding(pooled, transfer, nats, presence, agree_present)
 
 
-def _differing(joint: PooledCandidate, some: Sequence[int], needed: float) -> Transfer | None:
-    return Transfer.NOT_TRANSFERRED if _shown_by_two(joint, some, needed) else None
+def _differing_transfer(pooled: PooledCandidate, present: Sequence[int], needed: float) -> Transfer | None:
+    return Transfer.NOT_TRANSFERRED if _two_support(pooled, present, needed) else None
 
 
-def _nats_of_each(joint: PooledCandidate, which: Iterable[int], needed: float) -> float:
-    """Nats of the own coefficients of recordings that show an effect by themselves; zero unless two do."""
-    each = [own for i in which if (own := joint.own(i)) > needed]
-    return sum(each) if len(each) > 1 else 0.0
+def _independent_nats(pooled: PooledCandidate, which: Iterable[int], needed: float) -> float:
+    """Nats of the own coefficients of recordings showing an effect by themselves; zero for fewer than two."""
+    gains = [own for i in which if (own := pooled.own_nats(i)) > needed]
+    return sum(gains) if len(gains) > 1 else 0.0
 
 
-def _shown_by_two(joint: PooledCandidate, some: Sequence[int], needed: float) -> bool:
-    """Whether two recordings show an effect whose coefficients differ: by themselves, or in the others' direction.
+def _two_support(pooled: PooledCandidate, present: Sequence[int], needed: float) -> bool:
+    """Whether two recordings support an effect of differing size: by themselves, or in the predicted direction.
 
-    The others' coefficients then explain as much of each, times a factor of its own: what has another sign is no second
-    witness, nor is a wander that happens to go that way.
+    In the second case the predicted coefficients times a positive factor explain each recording: an opposite sign is no
+    support, nor is a wander in the predicted direction by chance.
     """
-    there = {i: one for i in some if (one := joint.estimates[i]) is not None}
-    gains = (one.scaled_gain(c) for one, c in zip(there.values(), foretold(list(there.values())), strict=True))
-    return sum(max(gain, joint.own(i)) > needed for i, gain in zip(there, gains, strict=True)) > 1
+    estimates = {i: estimate for i in present if (estimate := pooled.estimates[i]) is not None}
+    gains = (
+        estimate.scaled_gain(c)
+        for estimate, c in zip(estimates.values(), predicted_by_others(list(estimates.values())), strict=True)
+    )
+    return sum(max(gain, pooled.own_nats(i)) > needed for i, gain in zip(estimates, gains, strict=True)) > 1
 
 
-def compared(joint: PooledCandidate, policy: Policy) -> TransferFinding:
-    """How far an effect that one sensor of an array names reaches among all: None where one alone shows it.
+def compare_sensors(pooled: PooledCandidate, policy: Policy) -> TransferFinding:
+    """Assess the transfer between the sensors of an array of an effect named by one; None if a single sensor shows it.
 
-    Its coefficients are those of the sensors that have it, whatever the others say of them; known no better than by one
-    of these, for the slow errors of a run are in all of its sensors.
+    Coefficients are those of the sensors with the effect, and no more certain than one sensor's: all sensors share the
+    slow errors of the run.
     """
-    everyone, there, some = _those_that_show(joint, policy)
-    some = some or everyone
-    each, agree = _common(joint, some, policy)
-    nats, agree = _total(joint, each), replace(agree, covariance=len(some) * agree.covariance)
-    if len(some) < 2:
-        reach = None
+    testable, presence, present = _present_in(pooled, policy)
+    present = present or testable
+    gains, agree = _common_nats(pooled, present, policy)
+    nats, agree = _total_nats(pooled, gains), replace(agree, covariance=len(present) * agree.covariance)
+    if len(present) < 2:
+        transfer = None
     elif agree.p <= policy.not_transferred_alarm:
-        reach = Transfer.NOT_TRANSFERRED
+        transfer = Transfer.NOT_TRANSFERRED
     else:
-        reach = Transfer.TRANSFERRED if len(some) == len(joint.asked) else Transfer.SOME
-    return TransferFinding(joint, reach, nats, there, agree)
+        transfer = Transfer.TRANSFERRED if len(present) == len(pooled.in_recordings) else Transfer.SOME
+    return TransferFinding(pooled, transfer, nats, presence, agree)
 
 
-def foretells(joint: PooledCandidate, policy: Policy) -> bool:
-    """Whether a first recording's coefficients, as they are, explain a second, whose own agree with them."""
-    first, second = joint.estimates
-    if first is None or second is None or joint.nats(1, first.c) <= policy.apart:
+def predicts(pooled: PooledCandidate, policy: Policy) -> bool:
+    """Whether coefficients of a first recording explain a second, whose own coefficients agree."""
+    first, second = pooled.estimates
+    if first is None or second is None or pooled.nats(1, first.c) <= policy.apart:
         return False
-    return agreement([first, second], policy.same_coefficient, joint.known).p > policy.not_transferred_alarm
+    return agreement([first, second], policy.same_coefficient, pooled.error_degrees).p > policy.not_transferred_alarm
 
 
-def _those_that_show(joint: PooledCandidate, policy: Policy) -> tuple[list[int], tuple[There, ...], list[int]]:
-    """Recordings that hold the causes, what each says, and those that show the effect."""
-    everyone = [i for i, one in enumerate(joint.asked) if one is not None]
-    there = _there(joint, everyone, policy)
-    return everyone, there, [i for i in everyone if there[i] is There.PRESENT]
+def _present_in(pooled: PooledCandidate, policy: Policy) -> tuple[list[int], tuple[Presence, ...], list[int]]:
+    """Recordings with the causes, presence in each, and recordings showing the effect."""
+    testable = [i for i, in_recording in enumerate(pooled.in_recordings) if in_recording is not None]
+    presence = _presences(pooled, testable, policy)
+    return testable, presence, [i for i in testable if presence[i] is Presence.PRESENT]
 
 
-def _holds(joint: PooledCandidate, each: Sequence[float], agree: Agreement, needed: float) -> bool:
-    """Whether common coefficients explain enough, not in one recording alone, and are such as the effect can have.
+def _is_supported(pooled: PooledCandidate, gains: Sequence[float], agree: Agreement, needed: float) -> bool:
+    """Whether common coefficients explain enough, in more than one recording, and lie within the effect's bounds.
 
-    Of a recording that shows an effect strongly a tenth of the right size, which others may give by chance, explains a
-    fifth: without it as much is needed as one recording's part of the whole.
+    In a strong recording a tenth of the correct size, predicted by chance, explains a fifth. Without the strongest
+    recording, one recording's part of the whole is needed.
     """
-    others = sum(each) - max(each, default=0.0)
-    borne_out = _total(joint, each) > needed and others * len(each) > needed
-    return borne_out and joint.candidate.possible(agree.c)
+    others = sum(gains) - max(gains, default=0.0)
+    borne_out = _total_nats(pooled, gains) > needed and others * len(gains) > needed
+    return borne_out and pooled.candidate.within_bounds(agree.c)
 
 
-def _total(joint: PooledCandidate, each: Sequence[float]) -> float:
-    return sum(each) - joint.price
+def _total_nats(pooled: PooledCandidate, gains: Sequence[float]) -> float:
+    return sum(gains) - pooled.price
 
 
-def _common(joint: PooledCandidate, which: Sequence[int], policy: Policy) -> tuple[list[float], Agreement]:
-    """Nats that in each of some recordings the coefficients of the others explain, and whether they agree."""
-    there = {i: one for i in which if (one := joint.estimates[i]) is not None}
-    estimates = list(there.values())
-    each = [joint.nats(i, c) for i, c in zip(there, foretold(estimates), strict=True)]
-    return each, agreement(estimates, policy.same_coefficient, joint.known)
+def _common_nats(pooled: PooledCandidate, indices: Sequence[int], policy: Policy) -> tuple[list[float], Agreement]:
+    """Nats explained in each recording by coefficients of the others, and the test of agreement."""
+    estimates_by_index = {i: estimate for i in indices if (estimate := pooled.estimates[i]) is not None}
+    estimates = list(estimates_by_index.values())
+    gains = [pooled.nats(i, c) for i, c in zip(estimates_by_index, predicted_by_others(estimates), strict=True)]
+    return gains, agreement(estimates, policy.same_coefficient, pooled.error_degrees)
 
 
-def _there(joint: PooledCandidate, everyone: Sequence[int], policy: Policy) -> tuple[There, ...]:
-    """What each recording says: by its own coefficients, or by those of the others that have the effect."""
-    strong = [i for i in everyone if joint.own(i) > policy.apart] or list(everyone)
-    return tuple(_one(joint, i, [j for j in strong if j != i], policy) for i in range(len(joint.asked)))
+def _presences(pooled: PooledCandidate, testable: Sequence[int], policy: Policy) -> tuple[Presence, ...]:
+    """Presence in each recording, by own coefficients or by those of the others with the effect."""
+    strong = [i for i in testable if pooled.own_nats(i) > policy.apart] or list(testable)
+    return tuple(_presence(pooled, i, [j for j in strong if j != i], policy) for i in range(len(pooled.in_recordings)))
 
 
-def _one(joint: PooledCandidate, i: int, others: Sequence[int], policy: Policy) -> There:
-    one = joint.estimates[i]
-    if one is None:
-        return There.UNASKED
-    if joint.own(i) > policy.apart and joint.candidate.possible(one.c):
-        return There.PRESENT
-    known = [other for j in others if (other := joint.estimates[j]) is not None]
-    c = agreement(known, 0.0).c if known else 0.0 * one.c
-    gain = one.gain(c) / one.inflation(c)
+def _presence(pooled: PooledCandidate, i: int, others: Sequence[int], policy: Policy) -> Presence:
+    estimate = pooled.estimates[i]
+    if estimate is None:
+        return Presence.NOT_RECORDED
+    if pooled.own_nats(i) > policy.apart and pooled.candidate.within_bounds(estimate.c):
+        return Presence.PRESENT
+    known = [another for j in others if (another := pooled.estimates[j]) is not None]
+    c = agreement(known, 0.0).c if known else 0.0 * estimate.c
+    gain = estimate.gain(c) / estimate.inflation(c)
     if gain > policy.apart:
-        return There.PRESENT
-    return There.ABSENT if gain < -policy.apart else There.OPEN
+        return Presence.PRESENT
+    return Presence.ABSENT if gain < -policy.apart else Presence.UNDECIDED

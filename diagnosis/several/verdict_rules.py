@@ -1,4 +1,4 @@
-"""The verdict of several recordings: what each believes with the lot's effects in, as one case, then doubts."""
+"""The verdict on several recordings: conclusions with the common effects as one case, then doubts."""
 
 from __future__ import annotations
 
@@ -7,21 +7,26 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from diagnosis.decision.belief import Belief, believed
-from diagnosis.decision.selection import tests_beside
+from diagnosis.decision.conclusion import Conclusion, conclude
+from diagnosis.decision.selection import tests_with_effects
 from diagnosis.decision.verdict_rules import VerdictInput, doubts_of, verdict_of
-from diagnosis.decision.white_choice import Accepted
+from diagnosis.decision.white_choice import AcceptedEffect
 from diagnosis.evidence.baseline import Baseline
-from diagnosis.evidence.held_out import judged_at
+from diagnosis.evidence.held_out import judge_settings
 from diagnosis.evidence.localise import localise
 from diagnosis.evidence.rising_spectrum import RisingSpectrum
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.repair.named_effects import noise_of
-from diagnosis.result import GapSize, How, Named, Transfer
-from diagnosis.several.coefficients import foretold
-from diagnosis.several.common_effects import Common, changes_of_iron, fitted_effect, seen_by_values
-from diagnosis.several.selection import Chosen, PooledRecording
-from diagnosis.several.transfer import There, TransferFinding
+from diagnosis.repair.named_effects import named_noise
+from diagnosis.result import EvidenceKind, GapSize, NamedEffect, Transfer
+from diagnosis.several.coefficients import predicted_by_others
+from diagnosis.several.common_effects import (
+    CommonEffect,
+    common_fitted_effect,
+    common_iron_changes,
+    common_value_effects,
+)
+from diagnosis.several.selection import PooledEffect, PooledRecording
+from diagnosis.several.transfer import Presence, TransferFinding
 from diagnosis.verdict import Verdict
 from scenarios.arrays import Array
 from validation.signals.amplitude import rms
@@ -29,78 +34,78 @@ from validation.signals.amplitude import rms
 
 @dataclass(frozen=True)
 class Pool:
-    """The recordings with what they believe together."""
+    """The recordings of one instrument, and the effects accepted for all."""
 
-    members: Sequence[PooledRecording]
-    chosen: Sequence[Chosen]
+    recordings: Sequence[PooledRecording]
+    effects: Sequence[PooledEffect]
 
     @property
     def problems(self) -> list[LinearProblem]:
-        """The recordings beside the model."""
-        return [one.problem for one in self.members]
+        """The recordings compared with the model."""
+        return [recording.problem for recording in self.recordings]
 
     @property
     def before(self) -> tuple[Array, ...]:
-        """What the base leaves (n, q) in each, in units of the noise."""
-        return tuple(one.seen.belief.selection.start.residual() for one in self.members)
+        """Residual (n, q) of the base in each recording, in units of the noise."""
+        return tuple(recording.examination.conclusion.selection.start.residual() for recording in self.recordings)
 
-    def belief(self, i: int) -> Belief:
-        """What one recording believes with the lot's effects in."""
-        member, found = self.members[i], list(self.members[i].events)
-        ground = member.ground
-        for one in self.chosen:
-            joint = one.finding.joint
-            if joint.asked[i] is None or one.finding.there[i] is There.ABSENT:
+    def conclusion(self, i: int) -> Conclusion:
+        """Conclusion of one recording with the pool's effects."""
+        recording, accepted = self.recordings[i], list(self.recordings[i].events)
+        baseline = recording.baseline
+        for effect in self.effects:
+            pooled = effect.finding.pooled
+            if pooled.in_recordings[i] is None or effect.finding.presence[i] is Presence.ABSENT:
                 continue
-            evidence = judged_at(ground, [joint.candidate])
+            evidence = judge_settings(baseline, [pooled.candidate])
             if evidence is not None:
-                found.append(Accepted(evidence, one.alternatives))
-                ground = ground.beside(joint.candidate.columns(member.problem))
-        selection = member.seen.belief.selection
-        after = tests_beside(ground, [one.name for one in found]) if found else selection.before
-        return believed(replace(selection, found=tuple(found), end=ground, after=after))
+                accepted.append(AcceptedEffect(evidence, effect.alternatives))
+                baseline = baseline.with_columns(pooled.candidate.columns(recording.problem))
+        selection = recording.examination.conclusion.selection
+        after = tests_with_effects(baseline, [effect.name for effect in accepted]) if accepted else selection.before
+        return conclude(replace(selection, accepted=tuple(accepted), end=baseline, after=after))
 
-    def left(self, i: int) -> Array:
-        """What the effects leave (n, q) in one recording with the coefficients that the others give.
+    def residual(self, i: int) -> Array:
+        """Residual (n, q) of one recording, with coefficients predicted by the other recordings.
 
-        Where coefficients differ from recording to recording its own are fitted beside its iron.
+        Where coefficients differ between recordings, the recording's own are fitted together with its iron.
         """
-        member = self.members[i]
-        target, inside = member.problem.target, [*member.seen.belief.selection.start.inside, *_events(member)]
-        for one in self.chosen:
-            finding = one.finding
-            if finding.joint.asked[i] is None or finding.there[i] is There.ABSENT:
+        recording = self.recordings[i]
+        target, start = recording.problem.target, recording.examination.conclusion.selection.start
+        columns_of_effects = [
+            *start.accepted_columns,
+            *(event.columns(recording.problem) for event in recording.events),
+        ]
+        for effect in self.effects:
+            finding = effect.finding
+            if finding.pooled.in_recordings[i] is None or finding.presence[i] is Presence.ABSENT:
                 continue
-            columns = finding.joint.candidate.columns(member.problem)
-            if finding.reach is Transfer.NOT_TRANSFERRED:
-                inside.append(columns)
+            effect_columns = finding.pooled.candidate.columns(recording.problem)
+            if finding.transfer is Transfer.NOT_TRANSFERRED:
+                columns_of_effects.append(effect_columns)
             else:
-                target = target - columns @ _foretold(finding, i)
-        return Baseline.of(replace(member.problem, target=target), inside).residual()
+                target = target - effect_columns @ _predicted_coefficients(finding, i)
+        return Baseline.of(replace(recording.problem, target=target), columns_of_effects).residual()
 
 
-def _events(member: PooledRecording) -> list[Array]:
-    return [one.columns(member.problem) for one in member.events]
-
-
-def _foretold(finding: TransferFinding, i: int) -> Array:
-    """Coefficients (k,) that the other recordings give."""
-    there = [
-        (j, one)
-        for j, (one, says) in enumerate(zip(finding.joint.estimates, finding.there, strict=True))
-        if one is not None and says is not There.ABSENT
+def _predicted_coefficients(finding: TransferFinding, i: int) -> Array:
+    """Coefficients (k,) estimated from the other recordings."""
+    present = [
+        (j, estimate)
+        for j, (estimate, presence) in enumerate(zip(finding.pooled.estimates, finding.presence, strict=True))
+        if estimate is not None and presence is not Presence.ABSENT
     ]
-    place = [j for j, _ in there].index(i)
-    return np.asarray(foretold([estimate for _, estimate in there])[place])
+    place = [j for j, _ in present].index(i)
+    return np.asarray(predicted_by_others([estimate for _, estimate in present])[place])
 
 
 @dataclass(frozen=True)
 class PooledVerdict:
-    """Verdict and names of a lot after every doubt, with the gaps (n, q) that they leave in units of the noise."""
+    """Verdict and effects of a pool after all doubts, with the residuals (n, q) in units of the noise."""
 
     verdict: Verdict
-    common: tuple[Common, ...]
-    beliefs: tuple[Belief, ...]
+    common: tuple[CommonEffect, ...]
+    conclusions: tuple[Conclusion, ...]
     cases: tuple[VerdictInput, ...]
     doubts: tuple[tuple[str, ...], ...]
     gap: GapSize
@@ -109,101 +114,104 @@ class PooledVerdict:
     after: tuple[Array, ...]
 
     @classmethod
-    def of(cls, lot: Pool) -> PooledVerdict:
-        """The verdict of all recordings as of one case; names are doubted where half of them speak against."""
-        beliefs = tuple(_borne_out(lot.belief(i)) for i in range(len(lot.members)))
-        common = _common(lot, beliefs)
-        cases = tuple(_case(lot, i, [one.named for one in common], belief) for i, belief in enumerate(beliefs))
-        gaps = tuple(one.gap for one in cases)
-        one = replace(cases[0], clean=_nothing_is_left(common, beliefs), gap=joined(gaps), where=())
-        verdict = verdict_of(replace(one, rise=next(filter(None, (each.rise for each in cases)), None)))
-        doubts = tuple((*doubts_of(case, verdict), *_explains_little(case)) for case in cases)
-        found = cls(
-            verdict, common, beliefs, cases, doubts, joined(gaps), gaps, lot.before, tuple(one.left for one in cases)
-        )
-        return found.undone() if found.doubted else found
+    def of(cls, pool: Pool) -> PooledVerdict:
+        """Reach a verdict on all recordings as one case; drop effects doubted by half of the recordings."""
+        conclusions = tuple(_without_open_noise(pool.conclusion(i)) for i in range(len(pool.recordings)))
+        common = _common_effects(pool, conclusions)
+        named = [effect.named for effect in common]
+        cases = tuple(_case(pool, i, named, conclusion) for i, conclusion in enumerate(conclusions))
+        gaps = tuple(case.gap for case in cases)
+        rise = next(filter(None, (case.rise for case in cases)), None)
+        joint = replace(cases[0], clean=_is_clean(common, conclusions), gap=joint_gap(gaps), where=(), rise=rise)
+        verdict = verdict_of(joint)
+        doubts = tuple((*doubts_of(case, verdict), *_small_share_doubt(case)) for case in cases)
+        after = tuple(case.residual for case in cases)
+        pooled = cls(verdict, common, conclusions, cases, doubts, joint.gap, gaps, pool.before, after)
+        return pooled.without_names() if pooled.is_doubted else pooled
 
     @property
-    def doubted(self) -> bool:
-        """Whether the names explain too little, or half of the recordings speak against them."""
+    def is_doubted(self) -> bool:
+        """Whether the effects explain too little, or half of the recordings raise doubts."""
         return self.verdict is Verdict.UNKNOWN or 2 * sum(map(bool, self.doubts)) >= len(self.doubts)
 
-    def undone(self) -> PooledVerdict:
-        """The same where the names are taken back: nothing is explained."""
-        direct = tuple(one for one in self.common if one.named.how is How.DIRECT)
-        gaps = tuple(_undone(one) for one in self.gaps)
+    def without_names(self) -> PooledVerdict:
+        """The verdict without named effects: nothing is explained."""
+        direct = tuple(effect for effect in self.common if effect.named.kind is EvidenceKind.DIRECT)
+        gaps = tuple(gap.without_effects() for gap in self.gaps)
         return replace(
-            self, verdict=Verdict.UNKNOWN, common=direct, gap=_undone(self.gap), gaps=gaps, after=self.before
+            self, verdict=Verdict.UNKNOWN, common=direct, gap=self.gap.without_effects(), gaps=gaps, after=self.before
         )
 
-    def left(self, names: Sequence[str]) -> tuple[str, ...]:
-        """What is left in which recording, and what speaks against the names."""
-        each = zip(names, self.beliefs, self.cases, self.doubts, strict=True)
+    def unexplained(self, names: Sequence[str]) -> tuple[str, ...]:
+        """Structure left in each recording, and doubts about the effects."""
+        rows = zip(names, self.conclusions, self.cases, self.doubts, strict=True)
         return tuple(
             f"{name}: {why}"
-            for name, belief, case, doubts in each
-            for why in (*belief.after.why, *([case.rise.words] if case.rise else []), *doubts)
+            for name, conclusion, case, doubts in rows
+            for why in (*conclusion.after.why, *([case.rise.words] if case.rise else []), *doubts)
         )
 
 
-def _explains_little(case: VerdictInput) -> tuple[str, ...]:
-    """Where something is left: whether the lot's names explain less than a name must."""
+def _small_share_doubt(case: VerdictInput) -> tuple[str, ...]:
+    """Doubt where a coloured residual remains and the effects explain less than the least share."""
     explained = case.gap.explained
-    if case.clean or explained is None or explained >= case.problem.policy.least_share or not case.found:
+    if case.clean or explained is None or explained >= case.problem.policy.least_share or not case.held_out_effects:
         return ()
-    return (f"what the others give explains {100 * explained:.0f} % of its gap",)
+    return (f"coefficients of the other recordings explain {100 * explained:.0f} % of its gap",)
 
 
-def _case(lot: Pool, i: int, named: Sequence[Named], belief: Belief) -> VerdictInput:
-    """One recording with the lot's names."""
-    member, after = lot.members[i], lot.left(i)
-    before = lot.before[i]
-    use = member.problem.usable > 0
-    gap = GapSize.of(before[use], after[use], member.problem.sigma_nT, member.problem.policy)
-    where, rise = localise(member.problem, before), RisingSpectrum.of(member.problem, before, after)
-    return VerdictInput(member.problem, tuple(named), belief.clean, gap, where, after, rise)
+def _case(pool: Pool, i: int, named: Sequence[NamedEffect], conclusion: Conclusion) -> VerdictInput:
+    """The case of one recording with the pool's effects."""
+    recording, after = pool.recordings[i], pool.residual(i)
+    before = pool.before[i]
+    use = recording.problem.usable > 0
+    gap = GapSize.of(before[use], after[use], recording.problem.sigma_nT, recording.problem.policy)
+    where, rise = localise(recording.problem, before), RisingSpectrum.of(recording.problem, before, after)
+    return VerdictInput(recording.problem, tuple(named), conclusion.clean, gap, where, after, rise)
 
 
-def _common(lot: Pool, beliefs: Sequence[Belief]) -> tuple[Common, ...]:
-    """Effects, changes of the iron, noise and what the values show, that more than one recording bears out."""
-    fitted = sorted(lot.chosen, key=lambda one: -one.strength)
-    effects = [fitted_effect(one, lot.problems) for one in fitted]
-    iron = changes_of_iron([one.iron for one in beliefs], lot.problems)
-    direct = [[Named(d.effect, (), How.DIRECT, None, 0.0) for d in one.seen.direct] for one in lot.members]
-    noise = [noise_of(belief, [one.named for one in (*effects, *iron)]) for belief in beliefs]
-    values = seen_by_values([[*d, *n] for d, n in zip(direct, noise, strict=True)], lot.problems[0].policy)
-    return (*effects, *iron, *(one for one in values if _is_the_sensors(one)))
+def _common_effects(pool: Pool, conclusions: Sequence[Conclusion]) -> tuple[CommonEffect, ...]:
+    """Effects, changes of the iron, noise and direct evidence supported by more than one recording."""
+    fitted = sorted(pool.effects, key=lambda effect: -effect.strength)
+    effects = [common_fitted_effect(effect, pool.problems) for effect in fitted]
+    iron = common_iron_changes([effect.iron for effect in conclusions], pool.problems)
+    direct = [
+        [NamedEffect(d.effect, (), EvidenceKind.DIRECT, None, 0.0) for d in effect.examination.direct]
+        for effect in pool.recordings
+    ]
+    noise = [named_noise(conclusion, [effect.named for effect in (*effects, *iron)]) for conclusion in conclusions]
+    values = common_value_effects([[*d, *n] for d, n in zip(direct, noise, strict=True)], pool.problems[0].policy)
+    return (*effects, *iron, *(effect for effect in values if _is_sensor_noise(effect)))
 
 
-def _nothing_is_left(common: Sequence[Common], beliefs: Sequence[Belief]) -> bool:
-    """Whether every recording is clean; slow noise that none of the lot's names stands for is no reason for it."""
-    return all(one.clean if common else one.after.clean for one in beliefs)
+def _is_clean(common: Sequence[CommonEffect], conclusions: Sequence[Conclusion]) -> bool:
+    """Whether every recording is clean; without common effects, slow noise does not count as clean."""
+    return all(conclusion.clean if common else conclusion.after.clean for conclusion in conclusions)
 
 
-def _is_the_sensors(one: Common) -> bool:
-    """Slow noise of the sensor is of one size in all recordings; what is of another in each comes from elsewhere."""
-    slow = one.named.how is How.SPECTRUM and one.named.effect.traits.spectrum is not None
-    return not slow or one.reach is Transfer.TRANSFERRED
+def _is_sensor_noise(effect: CommonEffect) -> bool:
+    """Whether slow noise has one size in all recordings; noise of varying size comes from outside the sensor."""
+    slow = effect.named.kind is EvidenceKind.SPECTRUM and effect.named.effect.traits.spectrum is not None
+    return not slow or effect.transfer is Transfer.TRANSFERRED
 
 
-def _borne_out(belief: Belief) -> Belief:
-    """Slow noise whose nature is not told is none: a disturbance that goes with the motion is alike in every run."""
-    open_ = belief.noise is not None and not belief.noise.identified
-    return replace(belief, noise=None) if open_ else belief
+def _without_open_noise(conclusion: Conclusion) -> Conclusion:
+    """Drop slow noise of unknown nature: a disturbance following the motion is alike in every recording."""
+    unidentified = conclusion.noise is not None and not conclusion.noise.identified
+    return replace(conclusion, noise=None) if unidentified else conclusion
 
 
-def joined(gaps: Sequence[GapSize]) -> GapSize:
-    """The size of several gaps as one, each recording counting as much as another; explained of those with a gap."""
-    open_ = [g for g in gaps if g.explained is not None]
-    excess = sum(g.before_sigma**2 - 1 for g in open_)
-    explained = min(1.0, sum(g.before_sigma**2 - g.after_sigma**2 for g in open_) / excess) if open_ else None
+def joint_gap(gaps: Sequence[GapSize]) -> GapSize:
+    """Size of several gaps with equal weight; the explained share counts recordings with a gap only."""
+    gaps_explained = [gap for gap in gaps if gap.explained is not None]
+    excess = sum(gap.before_sigma**2 - 1 for gap in gaps_explained)
+    explained = (
+        min(1.0, sum(gap.before_sigma**2 - gap.after_sigma**2 for gap in gaps_explained) / excess)
+        if gaps_explained
+        else None
+    )
     before_nT, before, after_nT, after = (
-        rms(np.array([getattr(g, name) for g in gaps]))
+        rms(np.array([getattr(gap, name) for gap in gaps]))
         for name in ("before_nT", "before_sigma", "after_nT", "after_sigma")
     )
     return GapSize(before_nT, before, after_nT, after, explained)
-
-
-def _undone(gap: GapSize) -> GapSize:
-    explained = None if gap.explained is None else 0.0
-    return GapSize(gap.before_nT, gap.before_sigma, gap.before_nT, gap.before_sigma, explained)

@@ -9,16 +9,16 @@ from dataclasses import replace
 import numpy as np
 
 from calib.numerics.threads import one_thread
-from diagnosis.evidence.localise import Share
+from diagnosis.evidence.localise import ChannelShare
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.repair.new_model import patched
-from diagnosis.several.common_effects import Common, not_borne_out
+from diagnosis.repair.new_model import patch_model
+from diagnosis.several.common_effects import CommonEffect, single_effect
 from diagnosis.several.result import PooledDiagnosis
-from diagnosis.several.selection import PooledRecording, select_together
-from diagnosis.several.sentence import advice_together, sentence_together
+from diagnosis.several.selection import PooledRecording, select_pooled
+from diagnosis.several.sentence import pooled_advice, pooled_sentence
 from diagnosis.several.verdict_rules import Pool, PooledVerdict
-from diagnosis.workflow import examined, told
+from diagnosis.workflow import diagnosis_of, examine
 from recordings import Recording
 from scenarios.errors import InputError
 from sim.scenario import Model
@@ -33,63 +33,68 @@ def diagnose_together(
     model: Model,
     *,
     without: frozenset[str] = frozenset(),
-    say: Progress = lambda what: None,
+    say: Progress = lambda step: None,
 ) -> PooledDiagnosis:
-    """What n recordings of one instrument, posed with the same model, say together.
+    """Diagnose n recordings of one instrument, compared with one model.
 
-    An effect is believed where the coefficients that the other recordings give explain each, in nats over all of them
-    (`accepted_together`, `coloured_nats` beside a coloured rest); it is transferred where the coefficients agree.
+    An effect is accepted where coefficients predicted by the other recordings explain each recording, in nats over all
+    recordings (`accepted_pooled`, `coloured_nats` in coloured noise); it transfers where the coefficients agree.
 
-    Raises InputError for fewer than two recordings, and for the same samples twice.
+    Raises InputError for fewer than two recordings, and for identical samples.
     """
     if len(problems) < 2:
-        raise InputError("a single recording has nothing to be held against", where="recordings", do="give two or more")
-    for (name, one), (other, again) in itertools.combinations(zip(names, problems, strict=True), 2):
-        check_apart(one.recording, again.recording, f"{name}, {other}")
-    seen = []
+        raise InputError("a single recording cannot be compared", where="recordings", do="give two or more")
+    for (name, problem), (other_name, other_problem) in itertools.combinations(zip(names, problems, strict=True), 2):
+        check_apart(problem.recording, other_problem.recording, f"{name}, {other_name}")
+    examinations = []
     for name, problem in zip(names, problems, strict=True):
-        seen.append(examined(problem, model, without, lambda what, name=name: say(f"{name}: {what}")))  # type: ignore[misc]
-    members = [PooledRecording.of(one) for one in seen]
-    chosen, alone = select_together(members, say)
+        examinations.append(examine(problem, model, without, lambda step, name=name: say(f"{name}: {step}")))  # type: ignore[misc]
+    recordings = [PooledRecording.of(examination) for examination in examinations]
+    effects, alone = select_pooled(recordings, say)
     say("the simulator with the new models")
-    lot = Pool(members, chosen)
-    return _told(tuple(names), model, lot, [not_borne_out(one, lot.problems) for one in alone])
+    pool = Pool(recordings, effects)
+    return _diagnosis(tuple(names), model, pool, [single_effect(finding, pool.problems) for finding in alone])
 
 
-def check_apart(one: Recording, other: Recording, where: str) -> None:
-    """InputError where two recordings are one: what it holds would be borne out by itself."""
-    if np.array_equal(one.mag_nT, other.mag_nT):
-        raise InputError("the field is the same in every sample", where=where, do="give recordings of different times")
+def check_apart(first: Recording, second: Recording, where: str) -> None:
+    """Raise InputError for two identical recordings, which would confirm each other."""
+    if np.array_equal(first.mag_nT, second.mag_nT):
+        raise InputError(
+            "both recordings have the same field samples", where=where, do="give recordings of different times"
+        )
 
 
-def _told(names: tuple[str, ...], model: Model, lot: Pool, alone: Sequence[Common]) -> PooledDiagnosis:
-    """The lot's diagnosis of what is believed, in words and with the new model."""
-    judged = PooledVerdict.of(lot)
-    each = tuple(told(one.seen) for one in lot.members)
-    common, problems = judged.common, lot.problems
-    found = PooledDiagnosis(
+def _diagnosis(names: tuple[str, ...], model: Model, pool: Pool, alone: Sequence[CommonEffect]) -> PooledDiagnosis:
+    """The diagnosis of the pool, with sentences and the new model."""
+    verdict = PooledVerdict.of(pool)
+    each = tuple(diagnosis_of(recording.examination) for recording in pool.recordings)
+    common, problems = verdict.common, pool.problems
+    diagnosis = PooledDiagnosis(
         names=names,
         each=each,
-        verdict=judged.verdict,
+        verdict=verdict.verdict,
         sentence="",
         common=common,
         single=tuple(alone),
-        gap=judged.gap,
-        gaps=judged.gaps,
-        where=mean_shares([one.where for one in judged.cases], problems[0].policy),
-        left=judged.left(names),
+        gap=verdict.gap,
+        gaps=verdict.gaps,
+        where=mean_shares([case.where for case in verdict.cases], problems[0].policy),
+        unexplained=verdict.unexplained(names),
         advice=(),
-        model=patched(model, [one.named for one in common], problems[0]),
-        before_nT=tuple(one * problem.sigma_nT for one, problem in zip(judged.before, problems, strict=True)),
-        after_nT=tuple(one * problem.sigma_nT for one, problem in zip(judged.after, problems, strict=True)),
+        model=patch_model(model, [effect.named for effect in common], problems[0]),
+        before_nT=tuple(gap * problem.sigma_nT for gap, problem in zip(verdict.before, problems, strict=True)),
+        after_nT=tuple(gap * problem.sigma_nT for gap, problem in zip(verdict.after, problems, strict=True)),
     )
-    return replace(found, sentence=sentence_together(found), advice=advice_together(found))
+    return replace(diagnosis, sentence=pooled_sentence(diagnosis), advice=pooled_advice(diagnosis))
 
 
-def mean_shares(several: Sequence[Sequence[Share]], policy: Policy) -> tuple[Share, ...]:
-    """Channels by their mean share over the recordings."""
-    shares: dict[str, list[Share]] = {}
-    for one in (one for each in several for one in each):
-        shares.setdefault(one.channel, []).append(one)
-    mean = [Share(name, some[0].frame, sum(s.share for s in some) / len(several)) for name, some in shares.items()]
-    return tuple(sorted(mean, key=lambda one: -one.share))[: policy.most_channels]
+def mean_shares(shares_of_each: Sequence[Sequence[ChannelShare]], policy: Policy) -> tuple[ChannelShare, ...]:
+    """Channels by mean share over the recordings."""
+    shares: dict[str, list[ChannelShare]] = {}
+    for share in itertools.chain.from_iterable(shares_of_each):
+        shares.setdefault(share.channel, []).append(share)
+    mean = [
+        ChannelShare(name, of_channel[0].frame, sum(share.share for share in of_channel) / len(shares_of_each))
+        for name, of_channel in shares.items()
+    ]
+    return tuple(sorted(mean, key=lambda share: -share.share))[: policy.most_channels]

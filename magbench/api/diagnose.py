@@ -88,7 +88,7 @@ def _write(
     if isinstance(found, Diagnosis):
         write_diagnosis(found, out, f"Diagnosis of {sources[0].name}")
     else:
-        folders = write_pooled_diagnosis(found, out, f"Diagnosis of {len(sources)} {found.among.key}")
+        folders = write_pooled_diagnosis(found, out, f"Diagnosis of {len(sources)} {found.scope.key}")
         say(f"each by itself: {', '.join(folders)}")
 
 

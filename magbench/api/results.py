@@ -233,7 +233,7 @@ class PooledDiagnosisResult(PooledDiagnosis, Displayed):
 
         from reports.text.pooled import coefficient_rows
 
-        heads = ["effect", self.among.one, "evidence", "parameter", "value", "low", "high", "unit"]
+        heads = ["effect", self.scope.noun, "evidence", "parameter", "value", "low", "high", "unit"]
         rows = [(one.name, *row) for one in self.common for row in coefficient_rows(self, one)]
         return pd.DataFrame(rows, columns=heads)
 

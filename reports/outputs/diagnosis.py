@@ -38,11 +38,11 @@ def write_diagnosis(diagnosis: Diagnosis, out: Path, title: str) -> None:
 def _write_next(diagnosis: Diagnosis, path: Path) -> None:
     """Write the scenario to fly next, or remove the scenario of an earlier diagnosis."""
     with system_errors_about(path):
-        if diagnosis.onward is None:
+        if diagnosis.next_flight is None:
             path.unlink(missing_ok=True)
             return
         with atomic_write(path) as part:
-            part.write_text(to_toml(diagnosis.onward.scenario), encoding="utf-8")
+            part.write_text(to_toml(diagnosis.next_flight.scenario), encoding="utf-8")
 
 
 def write_pooled_diagnosis(pooled: PooledDiagnosis, out: Path, title: str) -> tuple[str, ...]:

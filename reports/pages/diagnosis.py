@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from diagnosis.evidence.start_transients import unknown_past
+from diagnosis.evidence.start_transients import find_start_samples
 from diagnosis.repair.model_diff import model_diff
-from diagnosis.result import Diagnosis, How, Named, Transfer
+from diagnosis.result import Diagnosis, EvidenceKind, NamedEffect, Transfer
 from diagnosis.verdict import Verdict
 from reports.gap_series import displayed_gap, gap_along_path, has_path, hidden_by_iron_refit, rms_nT
 from reports.pages.section import Section, drawn_sections
@@ -26,7 +26,7 @@ from reports.text.diagnosis import (
 from scenarios.toml import to_toml
 from validation.text import digits
 
-FITTED = (How.HELD_OUT, How.IRON)
+FITTED = (EvidenceKind.HELD_OUT, EvidenceKind.IRON)
 """Ways of finding a cause with evidence in nats of a fit."""
 SECTIONS = (
     Section("Gap over time",
@@ -34,7 +34,8 @@ SECTIONS = (
             "model is complete.", plots.draw_gap),
     Section("Curves of channels",
             "Fitted curve with 95 % band; dots: the gap without the curve. A curve identifies the channel that the gap "
-            "follows, not the mechanism.", draw_curves, lambda found: any(one.how is How.CURVE for one in found.named)),
+            "follows, not the mechanism.", draw_curves,
+            lambda found: any(one.kind is EvidenceKind.CURVE for one in found.named)),
     Section("Gap along the path", "Means over a second or longer; before and after have the same colour scale.",
             plots.draw_map, lambda found: has_path(gap_along_path(found))),
     Section("Gap by channel",
@@ -61,12 +62,12 @@ def _page(diagnosis: Diagnosis, title: str) -> dict[str, Any]:
         "sentence": diagnosis.sentence,
         "tiles": _tiles(diagnosis),
         "effects": [_row(one) for one in diagnosis.named],
-        "classes": [(one.name, one.others) for one in diagnosis.named if one.others],
+        "classes": [(one.name, one.look_alikes) for one in diagnosis.named if one.look_alikes],
         "gaps": gap_rows(diagnosis),
         "candidate_heads": CANDIDATE_HEADS,
         "part_heads": PART_HEADS,
         "candidates": candidate_rows(diagnosis),
-        "left": "; ".join((*diagnosis.left, *diagnosis.doubts)),
+        "left": "; ".join((*diagnosis.unexplained, *diagnosis.doubts)),
         "advice": diagnosis.advice,
         "not_observable": diagnosis.not_observable,
         "where": diagnosis.where,
@@ -89,7 +90,7 @@ def _otherwise(diagnosis: Diagnosis) -> tuple[str, str]:
     """Return the alternatives to the cause, or without a cause the channels that the gap follows."""
     if not diagnosis.named:
         return (", ".join(name for name, _, _ in diagnosis.where[:3]) or "–", "the gap follows")
-    others = [name for one in diagnosis.named for name in one.others]
+    others = [name for one in diagnosis.named for name in one.look_alikes]
     if diagnosis.verdict is Verdict.NOT_OBSERVABLE:
         others += diagnosis.absorbed
     return (", ".join(dict.fromkeys(others)) or "no tested alternative", "could also be")
@@ -119,8 +120,8 @@ def _share(diagnosis: Diagnosis) -> tuple[str, str]:
 
 def _all_left_out(diagnosis: Diagnosis) -> bool:
     """Return whether every cause was found in the values themselves and made some samples unusable."""
-    wrong = (diagnosis.problem.usable == 0) & ~unknown_past(diagnosis.problem)
-    return bool(wrong.any()) and all(one.how is How.DIRECT for one in diagnosis.named)
+    wrong = (diagnosis.problem.usable == 0) & ~find_start_samples(diagnosis.problem)
+    return bool(wrong.any()) and all(one.kind is EvidenceKind.DIRECT for one in diagnosis.named)
 
 
 def _sure(diagnosis: Diagnosis) -> tuple[str, str]:
@@ -130,26 +131,28 @@ def _sure(diagnosis: Diagnosis) -> tuple[str, str]:
     one = min(diagnosis.named, key=lambda one: np.inf if one.nats is None else one.nats)
     whose = f" for {one.name}, the least certain" if len(diagnosis.named) > 1 else ""
     again = _again(diagnosis, one)
-    if one.nats is None or one.how not in FITTED:
-        return (one.how.words, f"evidence{whose}; {again}")
+    if one.nats is None or one.kind not in FITTED:
+        return (one.kind.words, f"evidence{whose}; {again}")
     needed = f"; {digits(one.needed)} are needed" if one.needed else ""
     return (f"{digits(one.nats)} nats", f"evidence on held-out data{whose}{needed}; {again}")
 
 
-def _again(diagnosis: Diagnosis, one: Named) -> str:
+def _again(diagnosis: Diagnosis, one: NamedEffect) -> str:
     """Return whether a second recording confirms the cause."""
-    if one.evidence is Transfer.TRANSFERRED:
+    if one.transfer is Transfer.TRANSFERRED:
         return "confirmed by a second recording"
-    if not diagnosis.second:
+    if not diagnosis.has_second:
         return "one recording; confirm with a second"
-    return "the second recording does not confirm it" if one.askable else "one recording; a second cannot confirm it"
+    return (
+        "the second recording does not confirm it" if one.transferable else "one recording; a second cannot confirm it"
+    )
 
 
-def _row(one: Named) -> dict[str, Any]:
+def _row(one: NamedEffect) -> dict[str, Any]:
     lines = [
         f"{name} = {value} {unit}" if low is None else f"{name} = {value} [{low} to {high}] {unit}"
         for name, value, low, high, unit in parameter_rows(one)
     ]
-    strength = f"{one.strength:.2g} sigma, {one.nats:.3g} nats" if one.how in FITTED and one.nats else ""
-    return {"name": one.name, "alternatives": one.others, "lines": lines, "how": one.how.words,
-            "evidence": ", ".join(filter(None, (strength, one.evidence)))}  # fmt: skip
+    strength = f"{one.strength:.2g} sigma, {one.nats:.3g} nats" if one.kind in FITTED and one.nats else ""
+    return {"name": one.name, "alternatives": one.look_alikes, "lines": lines, "how": one.kind.words,
+            "evidence": ", ".join(filter(None, (strength, one.transfer)))}  # fmt: skip

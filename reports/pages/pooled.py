@@ -7,9 +7,9 @@ from typing import Any
 
 from diagnosis.repair.model_diff import lines_of_diff
 from diagnosis.result import Transfer
-from diagnosis.several.common_effects import Common
+from diagnosis.several.common_effects import CommonEffect
 from diagnosis.several.result import PooledDiagnosis
-from diagnosis.several.sentence import reach_of
+from diagnosis.several.sentence import describe_transfer
 from reports.pages.section import figure_html
 from reports.pages.template import render_page
 from reports.plots.pooled import draw_coefficients, draw_gaps
@@ -27,7 +27,7 @@ def _page(pooled: PooledDiagnosis, title: str, folders: tuple[str, ...]) -> dict
     first = pooled.each[0].problem
     return {
         "title": title,
-        "among": pooled.among,
+        "among": pooled.scope,
         "verdict": pooled.verdict,
         "meaning": pooled.verdict.meaning,
         "sentence": pooled.sentence,
@@ -36,9 +36,9 @@ def _page(pooled: PooledDiagnosis, title: str, folders: tuple[str, ...]) -> dict
         "effects": [_section(pooled, one) for one in pooled.common],
         "single": [_section(pooled, one) for one in pooled.single],
         "gaps": list(zip(pooled_gap_rows(pooled), (*folders, ""), strict=True)),
-        "picture": figure_html(partial(draw_gaps, pooled), f"The gap of each {pooled.among.one}"),
+        "picture": figure_html(partial(draw_gaps, pooled), f"The gap of each {pooled.scope.noun}"),
         "own": list(zip(pooled.names, folders, (one.sentence for one in pooled.each), strict=True)),
-        "left": pooled.left,
+        "left": pooled.unexplained,
         "where": pooled.where,
         "not_observable": pooled.not_observable,
         "diff": lines_of_diff(first.effects, pooled.model),
@@ -46,32 +46,32 @@ def _page(pooled: PooledDiagnosis, title: str, folders: tuple[str, ...]) -> dict
     }
 
 
-def _section(pooled: PooledDiagnosis, one: Common) -> dict[str, Any]:
+def _section(pooled: PooledDiagnosis, one: CommonEffect) -> dict[str, Any]:
     return {
         "name": one.name,
-        "reach": pooled.among.reach[one.reach],
-        "bad": one.reach is not Transfer.TRANSFERRED,
-        "words": reach_of(one, pooled.among),
-        "alternatives": one.named.others,
+        "reach": pooled.scope.labels[one.transfer],
+        "bad": one.transfer is not Transfer.TRANSFERRED,
+        "words": describe_transfer(one, pooled.scope),
+        "alternatives": one.named.look_alikes,
         "test": agreement_line(one),
-        "how": one.named.how.words,
+        "how": one.named.kind.words,
         "nats": "" if one.named.nats is None else f"{digits(one.named.nats)} nats",
         "rows": list(coefficient_rows(pooled, one)),
-        "picture": figure_html(partial(draw_coefficients, pooled, one), f"{one.name} by {pooled.among.one}"),
+        "picture": figure_html(partial(draw_coefficients, pooled, one), f"{one.name} by {pooled.scope.noun}"),
     }
 
 
 def _tiles(pooled: PooledDiagnosis) -> list[tuple[str, str]]:
     """Return the answer in four tiles (value, label)."""
-    by_reach = {reach: [one.name for one in pooled.common if one.reach is reach] for reach in Transfer}
+    by_reach = {transfer: [one.name for one in pooled.common if one.transfer is transfer] for transfer in Transfer}
     same = ", ".join(by_reach[Transfer.TRANSFERRED]) or "nothing"
     differs = ", ".join([*by_reach[Transfer.NOT_TRANSFERRED], *by_reach[Transfer.SOME]]) or "nothing"
     gap = pooled.gap
     share = "–" if gap.explained is None else f"{100 * max(gap.explained, 0):.0f} %"
     alone = ", ".join(one.name for one in pooled.single) or "nothing"
     return [
-        (same, f"missing in the model, equal in {all_of(len(pooled.names), pooled.among.key)}"),
+        (same, f"missing in the model, equal in {all_of(len(pooled.names), pooled.scope.key)}"),
         (differs, "missing, but not equal in all"),
-        (alone, f"cause in one {pooled.among.one} only"),
-        (share, f"of the gap explained: {digits(gap.before_nT)} → {digits(gap.after_nT)} nT, {pooled.among.after}"),
+        (alone, f"cause in one {pooled.scope.noun} only"),
+        (share, f"of the gap explained: {digits(gap.before_nT)} → {digits(gap.after_nT)} nT, {pooled.scope.after}"),
     ]

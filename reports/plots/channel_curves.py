@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from diagnosis.decision.sentence import curves_of
-from diagnosis.result import NORMAL_95, Diagnosis, Named
+from diagnosis.decision.sentence import channel_curves
+from diagnosis.result import NORMAL_95, Diagnosis, NamedEffect
 from reports.gap_series import block_length, block_means
 from reports.palette import RAW, XYZ
 from reports.plots.style import panels
@@ -25,7 +25,7 @@ def draw_curves(diagnosis: Diagnosis) -> Figure:
     Dots are drawn with attitude only, and not for a lag after the curve: the contribution is then no function of the
     channel's value.
     """
-    several = curves_of(diagnosis)
+    several = channel_curves(diagnosis)
     figure, rows = panels(2.6 * len(several) + 0.3, len(several), 3, sharey="row", squeeze=False)
     for row, one in zip(rows, several, strict=True):
         assert isinstance(one.effect, ChannelEffect)
@@ -41,7 +41,7 @@ def draw_curves(diagnosis: Diagnosis) -> Figure:
     return figure
 
 
-def band(effect: ChannelEffect, one: Named) -> tuple[Array, Array, Array]:
+def band(effect: ChannelEffect, one: NamedEffect) -> tuple[Array, Array, Array]:
     """Return channel (m,), curve (m, 3) in nT about its middle, and half the curve's 95 % band (m, 3).
 
     ``half^2 = 1.96^2 t^T C t``, t the powers of u and C the covariance of the coefficients of an axis.

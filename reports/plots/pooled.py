@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from diagnosis.result import Named, parameters
-from diagnosis.several.common_effects import Common
+from diagnosis.result import NamedEffect, parameters
+from diagnosis.several.common_effects import CommonEffect
 from diagnosis.several.result import PooledDiagnosis
-from diagnosis.several.transfer import There
+from diagnosis.several.transfer import Presence
 from reports.palette import AFTER, BEFORE, LINES, RAW, SOFT
 from reports.plots.diagnosis import draw_block_means
 from reports.plots.style import WIDTH_IN, panels
@@ -20,7 +20,7 @@ MOST_COLUMNS = 3
 """Largest number of panels in a row."""
 
 
-def draw_coefficients(pooled: PooledDiagnosis, one: Common) -> Figure:
+def draw_coefficients(pooled: PooledDiagnosis, one: CommonEffect) -> Figure:
     """Draw every component of an effect's parameters by recording with 95 % interval; band: the pooled interval."""
     components = _panels(one)
     columns = min(len(components), MOST_COLUMNS)
@@ -38,7 +38,7 @@ def draw_coefficients(pooled: PooledDiagnosis, one: Common) -> Figure:
     return figure
 
 
-def _panels(one: Common) -> list[tuple[str, int, str]]:
+def _panels(one: CommonEffect) -> list[tuple[str, int, str]]:
     """Return parameter, component and label of each panel: fitted parameters, or all numbers where none was fitted."""
     known = parameters(one.named)
     fitted = [name for name, p in known.items() if p["low"] is not None]
@@ -59,7 +59,7 @@ def _parts(name: str, size: int) -> tuple[str, ...]:
     return axes if size == 3 else tuple(a + b for a in "xyz" for b in "xyz")
 
 
-def _component(one: Named, name: str, index: int) -> tuple[float, float, float]:
+def _component(one: NamedEffect, name: str, index: int) -> tuple[float, float, float]:
     """Return value and interval of a component; without an interval, the value three times."""
     p = parameters(one)[name]
     value = float(np.ravel(p["value"])[index])
@@ -68,16 +68,16 @@ def _component(one: Named, name: str, index: int) -> tuple[float, float, float]:
     return value, float(np.ravel(p["low"])[index]), float(np.ravel(p["high"])[index])
 
 
-def _draw_component(axis: Any, pooled: PooledDiagnosis, one: Common, name: str, index: int) -> None:
+def _draw_component(axis: Any, pooled: PooledDiagnosis, one: CommonEffect, name: str, index: int) -> None:
     value, low, high = _component(one.named, name, index)
     axis.axvspan(low, high, color=LINES[0], alpha=0.15, linewidth=0)
     axis.axvline(value, color=LINES[0], linewidth=1.0)
     axis.axvline(0.0, color=SOFT, linewidth=0.7, linestyle=":")
-    for row, (own, finding) in enumerate(zip(one.each, one.there, strict=True)):
+    for row, (own, finding) in enumerate(zip(one.each, one.presence, strict=True)):
         if own is None:
             continue
         v, a, b = _component(own, name, index)
-        colour = {There.PRESENT: LINES[0], There.ABSENT: LINES[1]}.get(finding, RAW)
+        colour = {Presence.PRESENT: LINES[0], Presence.ABSENT: LINES[1]}.get(finding, RAW)
         axis.errorbar(v, row, xerr=[[v - a], [b - v]], fmt="o", color=colour, markersize=4, capsize=3)
 
 

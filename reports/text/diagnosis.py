@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from diagnosis.result import Diagnosis, Named, parameters
+from diagnosis.result import Diagnosis, NamedEffect, parameters
 from diagnosis.several.result import PooledDiagnosis
 from reports.gap_series import compared_series, rms_nT
 from sim.effects.parameters import ACTIVE_WINDOW
@@ -21,7 +21,7 @@ def headline(diagnosis: Diagnosis | PooledDiagnosis) -> str:
     return "\n".join(lines)
 
 
-def parameter_rows(one: Named) -> Iterator[tuple[str, str, str | None, str | None, str]]:
+def parameter_rows(one: NamedEffect) -> Iterator[tuple[str, str, str | None, str | None, str]]:
     """Yield name, value, ends of the 95 % interval (None: unknown) and unit of the parameters in use."""
     for name, p in parameters(one).items():
         if p["low"] is not None:

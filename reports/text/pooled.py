@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from diagnosis.result import GapSize
-from diagnosis.several.common_effects import Common
+from diagnosis.several.common_effects import CommonEffect
 from diagnosis.several.result import PooledDiagnosis
-from diagnosis.several.sentence import reach_of
+from diagnosis.several.sentence import describe_transfer
 from reports.text.diagnosis import parameter_rows
 from validation.text import digits
 
@@ -15,11 +15,11 @@ POOLED = "pooled"
 """First cell of the rows of the pooled coefficient."""
 
 
-def coefficient_rows(pooled: PooledDiagnosis, one: Common) -> Iterator[tuple[str, ...]]:
+def coefficient_rows(pooled: PooledDiagnosis, one: CommonEffect) -> Iterator[tuple[str, ...]]:
     """Yield recording, finding, parameter, value, low, high, unit; the pooled value first."""
     for row in parameter_rows(one.named):
-        yield (POOLED, reach_of(one, pooled.among), *_cells(row))
-    for recording, finding, own in zip(pooled.names, one.there, one.each, strict=True):
+        yield (POOLED, describe_transfer(one, pooled.scope), *_cells(row))
+    for recording, finding, own in zip(pooled.names, one.presence, one.each, strict=True):
         rows = [] if own is None else [row for row in parameter_rows(own) if _is_own(row, one)]
         for cells in map(_cells, rows) if rows else [("",) * 5]:
             yield (recording, str(finding), *cells)
@@ -29,12 +29,12 @@ def _cells(row: tuple[str | None, ...]) -> tuple[str, ...]:
     return tuple(cell or "" for cell in row)
 
 
-def _is_own(row: tuple[str | None, ...], one: Common) -> bool:
+def _is_own(row: tuple[str | None, ...], one: CommonEffect) -> bool:
     """Return whether a parameter's row was fitted to the recording rather than shared by all."""
     return one.p is None or row[2] is not None
 
 
-def agreement_line(one: Common) -> str:
+def agreement_line(one: CommonEffect) -> str:
     """Return the test of equal coefficients in words."""
     if one.p is None or one.chi2 is None or not one.degrees:
         return "sizes compared, no test"

@@ -45,7 +45,7 @@ def _layout(pooled: PooledDiagnosis) -> rrb.Blueprint:
         low = value_axis_low(before)
         views = [
             time_view(f"{text} (nT)", time_s, f"{entity_name(name)}/residual/{part}", low=low)
-            for part, text in (("before", "the model as given"), ("after", pooled.among.after))
+            for part, text in (("before", "the model as given"), ("after", pooled.scope.after))
         ]
         tabs.append(rrb.Grid(*views, grid_columns=1, name=name))
     notes = rrb.TextDocumentView(origin="notes", name="Together")

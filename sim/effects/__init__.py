@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sim.effects.registry import BY_NAME, EFFECTS, describe, find, summary
+from sim.effects.registry import BY_NAME, EFFECTS, describe, find, of_sign, summary
 from sim.effects.tables import EffectName, Effects, as_tables, build, check_order, in_order
 
 __all__ = [
@@ -16,5 +16,6 @@ __all__ = [
     "describe",
     "find",
     "in_order",
+    "of_sign",
     "summary",
 ]

@@ -158,6 +158,11 @@ class Effect(ABC):
         named = getattr(self, name) if name else ""
         return (*self.needs, named) if named else self.needs
 
+    @property
+    def first_value(self) -> Any:
+        """Value of the first parameter: for most effects its size."""
+        return getattr(self, self._parameters[0].name)
+
     @classmethod
     def describe_parameters(cls) -> None:
         """Collect the annotations of the parameters; called once, when the class is made."""

@@ -73,6 +73,11 @@ class ChannelEffect(Effect):
         return np.tile(np.eye(3), (len(state), 1, 1))
 
 
+def curve_of(channel: str, centre: float, scale: float, lag_s: float, late: Late) -> ChannelEffect:
+    """The effect of a channel at the highest order, its coefficients zero."""
+    return ChannelEffect(channel, centre, scale, HIGHEST, lag_s=lag_s, late=late)
+
+
 def felt(u: Array, order: int, late: Late, lag_s: float, interval_s: float, memory: Memory) -> Array:
     """Powers (n, order) of u (n,) behind a first-order lag of u or of the powers, at rest at the start."""
     if lag_s == 0:

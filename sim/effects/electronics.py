@@ -20,7 +20,7 @@ class Saturation(Replacement):
     name = "saturation"
     stage = "electronics"
     example = {"full_scale_nT": 25_000.0}
-    traits = Traits(remedy="choose a larger full scale", converter=True)
+    traits = Traits(remedy="choose a larger full scale", converter=True, sign="full_scale")
 
     full_scale_nT: Annotated[float, Quantity("nT", 0.0, 1e9, "S; 0: no limit")] = 0.0
 
@@ -37,7 +37,7 @@ class Quantisation(Replacement):
     name = "quantisation"
     stage = "electronics"
     example = {"step_nT": 0.7}
-    traits = Traits(remedy="choose a smaller range or a finer converter", converter=True)
+    traits = Traits(remedy="choose a smaller range or a finer converter", converter=True, sign="lattice")
 
     step_nT: Annotated[float, Quantity("nT", 0.0, 1e5, "q; 0: no rounding")] = 0.0
 

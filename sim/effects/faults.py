@@ -26,7 +26,7 @@ class Spikes(Effect):
     stage = "electronics"
     stochastic = True
     example = {"rate_hz": 2.0, "amplitude_nT": 300.0}
-    traits = Traits(remedy="leave the wrong samples out")
+    traits = Traits(remedy="leave the wrong samples out", sign="outliers")
 
     rate_hz: Annotated[float, Quantity("Hz", 0.0, 1e3, "mean number a second")] = 0.0
     amplitude_nT: Annotated[float, Quantity("nT", 0.0, 1e7, "mean magnitude A", role="level")] = 0.0
@@ -51,7 +51,7 @@ class Dropouts(Replacement):
     stage = "electronics"
     stochastic = True
     example = {"rate_hz": 1.0, "mean_duration_s": 0.2}
-    traits = Traits(remedy="leave the repeated samples out")
+    traits = Traits(remedy="leave the repeated samples out", sign="repeats")
 
     rate_hz: Annotated[float, Quantity("Hz", 0.0, 1e3, "mean number in a second of work")] = 0.0
     mean_duration_s: Annotated[float, Quantity("s", 0.0, 1e5, "mean length d")] = 0.1

@@ -30,7 +30,7 @@ class WhiteNoise(Effect):
     stage = "sensor"
     stochastic = True
     example = {"std_nT": (5.0, 6.0, 7.0)}
-    traits = Traits(remedy="average more samples")
+    traits = Traits(remedy="average more samples", sign="white")
 
     std_nT: Annotated[
         Vec3, Quantity("nT", 0.0, 1e5, "sigma of a sample, axes x, y, z", role="level", per_axis=True)

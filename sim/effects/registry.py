@@ -7,6 +7,7 @@ the editor's schema, the documentation, the diagnosis and the contract tests fol
 from __future__ import annotations
 
 import difflib
+from typing import Any
 
 from scenarios.errors import InputError
 from sim.effects.base import Effect
@@ -23,6 +24,7 @@ from sim.effects.nonlinearity import Hysteresis, Nonlinearity
 from sim.effects.offsets import OffsetJump, OffsetRandomWalk, SensorOffset
 from sim.effects.sources import LocalDipole
 from sim.effects.temperature import TemperatureOffset, TemperatureScale
+from sim.effects.traits import Sign
 
 EFFECTS: tuple[type[Effect], ...] = (
     # field
@@ -63,6 +65,8 @@ EFFECTS: tuple[type[Effect], ...] = (
 """Every effect, in the default order of the chain."""
 
 BY_NAME: dict[str, type[Effect]] = {cls.name: cls for cls in EFFECTS}
+BY_SIGN: dict[Sign, type[Effect]] = {cls.traits.sign: cls for cls in EFFECTS if cls.traits.sign}
+"""Every effect that the measured values themselves show."""
 
 
 def find(name: str, where: str) -> type[Effect]:
@@ -70,6 +74,11 @@ def find(name: str, where: str) -> type[Effect]:
     if name in BY_NAME:
         return BY_NAME[name]
     raise InputError(f"no effect {name!r}", where=where, do=nearest(name))
+
+
+def of_sign(sign: Sign, *values: Any) -> Effect:
+    """The effect that shows in the values by a sign, with its parameters in their order."""
+    return BY_SIGN[sign](*values)
 
 
 def nearest(name: str) -> str:

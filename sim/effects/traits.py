@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Literal
 
 from scenarios.arrays import Array
 
 Density = Callable[[Array], Array]
 """One-sided power density at frequencies f (m,) in Hz, f > 0."""
+Sign = Literal["", "lattice", "full_scale", "repeats", "outliers", "white"]
+"""What the measured values themselves show of an effect, without a model of the field."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +35,7 @@ class Traits:
     attitude_error : an error of the attitude, which turns the field without a part along the field.
     max_rate_nT_s : largest natural rate of change, mean over a recording.
     spectrum : density of a slow random disturbance at unit level.
+    sign : structure of the measured values that shows the effect; its parameters, in order, are read from the values.
     """
 
     experiment: str = ""
@@ -51,6 +55,7 @@ class Traits:
     attitude_error: bool = False
     max_rate_nT_s: float | None = None
     spectrum: Density | None = None
+    sign: Sign = ""
 
 
 LATE = "late"

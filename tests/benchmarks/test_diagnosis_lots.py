@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks.diagnosis.lots import EACH, Pool, figures, wrong
 from benchmarks.diagnosis.truth import EQUIVALENT
-from diagnosis.result import How
+from diagnosis.result import EvidenceKind
 
 POOLS = tuple(map(Pool, range(40)))
 
@@ -65,8 +65,8 @@ def test_of_a_class_that_differs_each_recording_may_hide_another() -> None:
 
 def test_iron_differs_only_where_two_recordings_are_disturbed() -> None:
     pool, _ = hiding()
-    assert wrong(row(pool, "A0B1p2", "scale", how=How.IRON)) == []
-    assert wrong(row(pool, "A0p1p2", "scale", how=How.IRON)) == ["scale"]
+    assert wrong(row(pool, "A0B1p2", "scale", how=EvidenceKind.IRON)) == []
+    assert wrong(row(pool, "A0p1p2", "scale", how=EvidenceKind.IRON)) == ["scale"]
     assert wrong(row(pool, "A0B1p2", "scale")) == ["scale"]
 
 

@@ -17,7 +17,7 @@ from benchmarks.diagnosis.wide.rests import _random_phases
 from benchmarks.diagnosis.wide.sensor import filtered, late, plays
 from benchmarks.diagnosis.wide.table import FAMILIES, FAULTS
 from diagnosis.evidence.direct import direct_evidence
-from diagnosis.problem.formulation import posed
+from diagnosis.problem.formulation import pose_model
 from sim.effects import BY_NAME
 from sim.rotation import matrix_from_q, q_from_rotation_vector
 
@@ -141,5 +141,5 @@ def test_the_slow_noise_of_the_rest_is_no_name_too_many() -> None:
 def test_fast_turns_are_no_spikes() -> None:
     """A quadrotor that sways, seen at a low rate, jumps from sample to sample, with the motion; wrong values stay."""
     turning, wrong = (hidden_in("quadrotor", (name,), (1.0,), 4) for name in ("offset_jump", "spikes"))
-    assert direct_evidence(posed(turning.recording, turning.model, None, None)) == []
-    assert [d.effect.name for d in direct_evidence(posed(wrong.recording, wrong.model, None, None))] == ["spikes"]
+    assert direct_evidence(pose_model(turning.recording, turning.model, None, None)) == []
+    assert [d.effect.name for d in direct_evidence(pose_model(wrong.recording, wrong.model, None, None))] == ["spikes"]

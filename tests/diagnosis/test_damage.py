@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 from diagnosis.decision import coloured_choice as hearing
-from diagnosis.evidence import baseline as ground
+from diagnosis.evidence import baseline as baseline
 from diagnosis.evidence import held_out as compare
 from diagnosis.evidence.baseline import Baseline
-from diagnosis.evidence.held_out import judge, judged_at
+from diagnosis.evidence.held_out import judge_candidate, judge_settings
 from diagnosis.evidence.residual_tests import ResidualTests
-from diagnosis.library.candidates import proposed
+from diagnosis.library.candidates import propose_candidates
 from diagnosis.policy import STANDARD
-from diagnosis.problem.blocks import held_out
+from diagnosis.problem.blocks import held_out_folds
 from diagnosis.problem.formulation import pose
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.workflow import diagnose
@@ -71,8 +71,8 @@ def _problem(recording: Any, model: ModelSpec) -> LinearProblem:
 def _fixed(problem: LinearProblem) -> list[compare.Evidence]:
     """Evidence of the candidates that have no search, at one setting each."""
     basis = Baseline.of(problem)
-    members = [several[0] for several in proposed(problem).values() if not several[0].effect.search_role()]
-    judged = [judged_at(basis, [one]) for one in members]
+    members = [several[0] for several in propose_candidates(problem).values() if not several[0].effect.search_role()]
+    judged = [judge_settings(basis, [one]) for one in members]
     return [e for e in judged if e is not None]
 
 
@@ -83,7 +83,11 @@ def _cost_of_a_column(problem: LinearProblem) -> float:
 
 def _most_evidence(problem: LinearProblem) -> float:
     basis = Baseline.of(problem)
-    judged = [judge(basis, several) for several in proposed(problem).values() if not several[0].effect.search_role()]
+    judged = [
+        judge_candidate(basis, several)
+        for several in propose_candidates(problem).values()
+        if not several[0].effect.search_role()
+    ]
     return max(e.nats for e in judged if e is not None)
 
 
@@ -104,7 +108,7 @@ def test_the_small_bench_passes(flight, model) -> None:  # type: ignore[no-untyp
 
 
 def _swap(patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(ground, "held_out", lambda policy: (~held for held in held_out(policy)))
+    patch.setattr(baseline, "held_out_folds", lambda policy: (~held for held in held_out_folds(policy)))
 
 
 def _no_deflation(patch: pytest.MonkeyPatch) -> None:
@@ -112,12 +116,12 @@ def _no_deflation(patch: pytest.MonkeyPatch) -> None:
 
 
 def _anything_is_clean(patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(ResidualTests, "clean", property(lambda battery: True))
+    patch.setattr(ResidualTests, "clean", property(lambda run_residual_tests: True))
 
 
 def _weakest_first(patch: pytest.MonkeyPatch) -> None:
-    in_order = hearing._until_one_stands
-    patch.setattr(hearing, "_until_one_stands", lambda one, tried: in_order(one, tried[::-1]))
+    in_order = hearing._run_trials
+    patch.setattr(hearing, "_run_trials", lambda one, tried: in_order(one, tried[::-1]))
 
 
 @pytest.mark.parametrize(

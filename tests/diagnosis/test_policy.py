@@ -82,8 +82,8 @@ def test_every_number_is_used() -> None:
 def test_a_stricter_policy_names_less() -> None:
     posed = problem(hidden={DRIVEN.name: {DRIVEN.linear[0]: [0.2, -0.15, 0.2]}})
     strict = problem(posed.recording, policy=Policy(alpha=1e-300))
-    assert [one.name for one in select(posed).found] == [DRIVEN.name]
-    assert select(strict).found == ()
+    assert [one.name for one in select(posed).accepted] == [DRIVEN.name]
+    assert select(strict).accepted == ()
 
 
 def test_blocks_follow_the_policy() -> None:

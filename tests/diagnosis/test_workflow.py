@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagnosis.problem.formulation import posed
+from diagnosis.problem.formulation import pose_model
 from diagnosis.several.confirmation import confirmed
 from diagnosis.workflow import diagnose
 from scenarios.toml import to_toml
@@ -101,7 +101,7 @@ def test_a_model_with_fitted_iron_and_an_error_of_the_field_agrees_with_another_
     found = diagnose(flight(hidden), bare, fitted_base=True)
     again = bare.model_copy(update={"effects": found.model.effects, "effect_order": found.model.effect_order})
     other = flight(hidden, seed=6)
-    left = other.mag_nT - posed(other, again, None, None).predicted_nT
+    left = other.mag_nT - pose_model(other, again, None, None).predicted_nT
     assert np.sqrt((left**2).mean(axis=0)).max() < 2.5
 
 
@@ -227,11 +227,11 @@ def test_a_motor_keeps_its_number_from_the_log_to_the_new_model(tmp_path: Path) 
 def test_a_second_recording_upgrades_the_evidence(flight, model) -> None:  # type: ignore[no-untyped-def]
     hidden = {"motor_current": HIDDEN["motor_current"]}
     found = diagnose(flight(hidden), model())
-    assert found.named[0].evidence == "single-run"
+    assert found.named[0].transfer == "single-run"
     there = confirmed(found, flight(hidden, seed=9), model(), None, None)
     absent = confirmed(found, flight({}, seed=9), model(), None, None)
-    assert there.named[0].evidence == "transferred"
-    assert absent.named[0].evidence == "single-run"
+    assert there.named[0].transfer == "transferred"
+    assert absent.named[0].transfer == "single-run"
 
 
 def test_without_attitude_the_strength_is_compared(flight, model) -> None:  # type: ignore[no-untyped-def]

@@ -10,7 +10,7 @@ import numpy as np
 from diagnosis.decision.verdict_rules import VerdictInput
 from diagnosis.evidence.residual_tests import ResidualTests
 from diagnosis.evidence.rising_spectrum import RisingSpectrum
-from diagnosis.result import Diagnosis, GapSize, How, Named
+from diagnosis.result import Diagnosis, EvidenceKind, GapSize, NamedEffect
 from diagnosis.verdict import Verdict
 from sim.effects import EFFECTS
 from sim.effects.iron import HardIron, SoftIron
@@ -20,25 +20,25 @@ DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not 
 POSED = problem()
 GAP = GapSize(20.0, 10.0, 4.0, 2.0, 0.97)
 EFFECT = DRIVEN(**{DRIVEN.linear[0]: (1.0, 0.0, 0.0)})
-FOUND = Named(EFFECT, (), How.HELD_OUT, 50.0, 1.0)
-IRON = Named(HardIron((3.0, 0.0, 0.0)), (), How.IRON, 50.0, 1.0)
-SEEN = replace(FOUND, how=How.DIRECT, nats=None)
-NOISE = Named(EFFECT, (), How.SPECTRUM, 50.0, 0.0)
+FOUND = NamedEffect(EFFECT, (), EvidenceKind.HELD_OUT, 50.0, 1.0)
+IRON = NamedEffect(HardIron((3.0, 0.0, 0.0)), (), EvidenceKind.IRON, 50.0, 1.0)
+SEEN = replace(FOUND, kind=EvidenceKind.DIRECT, nats=None)
+NOISE = NamedEffect(EFFECT, (), EvidenceKind.SPECTRUM, 50.0, 0.0)
 FAST = RisingSpectrum(2.0, 4.0, hides=False)
 RISING = replace(FOUND, rivals=("temperature_degC",))
-TURN = Named(SoftIron(((0.0, 0.01, 0.0), (-0.01, 0.0, 0.0), (0.0, 0.0, 0.0))), (), How.IRON, 50.0, 1.0)
+TURN = NamedEffect(SoftIron(((0.0, 0.01, 0.0), (-0.01, 0.0, 0.0), (0.0, 0.0, 0.0))), (), EvidenceKind.IRON, 50.0, 1.0)
 
 
-def case_of(*named: Named, clean: bool = True, explained: float | None = 0.97, **changes: Any) -> VerdictInput:
+def case_of(*named: NamedEffect, clean: bool = True, explained: float | None = 0.97, **changes: Any) -> VerdictInput:
     case = VerdictInput(POSED, named, clean, replace(GAP, explained=explained), (), np.zeros_like(POSED.target))
     return replace(case, **changes)
 
 
-def either(named: Named, *others: str) -> Named:
+def either(named: NamedEffect, *others: str) -> NamedEffect:
     return replace(named, alternatives=others)
 
 
-def diagnosis_of(verdict: Verdict = Verdict.NAMED, *named: Named, **changes: Any) -> Diagnosis:
+def diagnosis_of(verdict: Verdict = Verdict.NAMED, *named: NamedEffect, **changes: Any) -> Diagnosis:
     tests = ResidualTests({}, (), 0.0, ("means over 5 s",))
     made = Diagnosis(verdict, "", named, (), GAP, (), (), (), (), tests, tests, None, POSED, POSED.target, POSED.target)  # type: ignore[arg-type]
     return replace(made, **changes)

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from diagnosis.decision.advice import ADVICE, advice_for
-from diagnosis.evidence.localise import Share
+from diagnosis.evidence.localise import ChannelShare
 from diagnosis.evidence.rising_spectrum import RisingSpectrum
-from diagnosis.result import Diagnosis, How, Transfer
+from diagnosis.result import Diagnosis, EvidenceKind, Transfer
 from diagnosis.verdict import Verdict
 from sim.effects import BY_NAME
 from sim.effects.iron import HardIron
@@ -38,11 +38,11 @@ def test_nothing_is_advised_where_nothing_was_found() -> None:
 @pytest.mark.parametrize(
     ("found", "says"),
     [
-        (diagnosis_of(Verdict.CLASS, either(FOUND, "bandwidth")), "may also be bandwidth. To tell: "),
+        (diagnosis_of(Verdict.CLASS, either(FOUND, "bandwidth")), "may also be bandwidth. To distinguish: "),
         (diagnosis_of(Verdict.NAMED, FOUND), "--confirm"),
-        (diagnosis_of(Verdict.NONE, absorbed=("eddy_current",)), "eddy_current can hardly be told from"),
-        (diagnosis_of(Verdict.NONE, untested=("motor_current (no current)",)), "want of channels: motor_current"),
-        (diagnosis_of(Verdict.UNKNOWN, before_nT=_turned(), after_nT=_turned()), "suspect navigation's attitude"),
+        (diagnosis_of(Verdict.NONE, absorbed=("eddy_current",)), "eddy_current can hardly be distinguished from"),
+        (diagnosis_of(Verdict.NONE, untested=("motor_current (no current)",)), "lack of channels: motor_current"),
+        (diagnosis_of(Verdict.UNKNOWN, before_nT=_turned(), after_nT=_turned()), "check the attitude"),
     ],
 )
 def test_each_finding_has_its_advice(found: Diagnosis, says: str) -> None:
@@ -67,7 +67,7 @@ def test_what_rises_and_turns_the_field_is_of_the_clocks_and_no_wheel(
 
 def test_a_recorded_channel_is_offered_as_an_actuator() -> None:
     given = replace(recording(), channels={"pump": np.linspace(-0.5, 2.0, 4000)})
-    found = diagnosis_of(Verdict.UNKNOWN, problem=problem(given), where=(Share("pump", "body", 0.5),))
+    found = diagnosis_of(Verdict.UNKNOWN, problem=problem(given), where=(ChannelShare("pump", "body", 0.5),))
     assert "--actuator pump" in advice_for(found)[0]
     assert "--actuator" not in " ".join(advice_for(replace(found, verdict=Verdict.CLASS)))
 
@@ -76,19 +76,19 @@ def test_navigation_is_suspected_for_what_is_left_and_not_for_what_was_found() -
     along_nT = POSED.state.field_nT * np.sin(0.03 * POSED.state.time_s)[:, None] / 1e4
     for before_nT, after_nT, told in ((_turned(), along_nT, False), (along_nT, _turned(), True)):
         found = diagnosis_of(Verdict.PARTIAL, FOUND, before_nT=before_nT, after_nT=after_nT)
-        assert any("suspect navigation" in line for line in advice_for(found)) is told
+        assert any("check the attitude" in line for line in advice_for(found)) is told
 
 
 def test_a_height_is_offered_as_no_actuator() -> None:
     given = replace(recording(), channels={"altitude_m": np.linspace(0.0, 900.0, 4000), "pump": np.ones(4000)})
-    where = (Share("altitude_m", "body", 0.9), Share("pump", "body", 0.5))
+    where = (ChannelShare("altitude_m", "body", 0.9), ChannelShare("pump", "body", 0.5))
     told = " ".join(advice_for(diagnosis_of(Verdict.UNKNOWN, problem=problem(given), where=where)))
     assert "--actuator pump" in told
     assert "--actuator altitude_m" not in told
 
 
 def test_what_was_confirmed_need_not_be_confirmed_again() -> None:
-    assert advice_for(diagnosis_of(Verdict.NAMED, replace(FOUND, evidence=Transfer.TRANSFERRED))) == ()
+    assert advice_for(diagnosis_of(Verdict.NAMED, replace(FOUND, transfer=Transfer.TRANSFERRED))) == ()
 
 
 def test_what_the_values_show_needs_no_second_recording() -> None:
@@ -98,11 +98,11 @@ def test_what_the_values_show_needs_no_second_recording() -> None:
 
 def test_a_channel_whose_curve_stands_is_an_actuator_where_it_commands_a_current() -> None:
     given = replace(recording(), channels={"pump": np.linspace(-0.5, 2.0, 4000)})
-    curve = replace(FOUND, effect=BY_NAME["channel_effect"](channel="pump"), how=How.CURVE)
-    found = diagnosis_of(Verdict.UNKNOWN, curve, problem=problem(given), where=(Share("pump", "body", 0.5),))
+    curve = replace(FOUND, effect=BY_NAME["channel_effect"](channel="pump"), kind=EvidenceKind.CURVE)
+    found = diagnosis_of(Verdict.UNKNOWN, curve, problem=problem(given), where=(ChannelShare("pump", "body", 0.5),))
     told = " ".join(advice_for(found))
-    assert "The curve of pump tells no mechanism" in told
-    assert "It is known for pump from -0.5 to 2 alone." in told
+    assert "The curve of pump shows no mechanism" in told
+    assert "The curve holds for pump from -0.5 to 2 only." in told
     assert told.count("--actuator pump") == 1
     as_current = replace(given, current_A=given.channels["pump"][:, None])
     assert "--actuator" not in " ".join(advice_for(replace(found, problem=problem(as_current))))
@@ -117,7 +117,7 @@ def test_without_attitude_attitude_is_asked_for() -> None:
 
 def test_where_parameters_have_no_interval_it_is_said_why() -> None:
     found = diagnosis_of(Verdict.NAMED, FOUND, problem=problem(without_attitude(recording())))
-    assert "strength was compared, so that parameters have no interval" in advice_for(found)[0]
+    assert "strength was compared, and parameters have no interval" in advice_for(found)[0]
 
 
 @pytest.mark.parametrize(("stood", "told"), [((0.0, 100.0), True), ((100.0, 400.0), True), ((0.0, 50.0), False)])
@@ -130,9 +130,11 @@ def test_iron_that_begins_where_the_vehicle_stops_standing_may_be_the_field_ther
     field_nT[(time_s >= stood[0]) & (time_s < stood[1])] = field_nT[0]
     posed = replace(POSED, state=replace(POSED.state, field_nT=field_nT))
     lines = advice_for(diagnosis_of(Verdict.PARTIAL, on, problem=posed))
-    assert any("turn it there too" in line for line in lines) is told
+    assert any("turn the vehicle at this place too" in line for line in lines) is told
     jump = replace(FOUND, effect=BY_NAME["offset_jump"](100.0, (3.0, 0.0, 0.0)))
     lines = advice_for(diagnosis_of(Verdict.PARTIAL, jump, problem=posed))
-    assert any("from 100.0 s on" in line and "turn it there too" in line for line in lines) is told
+    assert any("from 100.0 s on" in line and "turn the vehicle at this place too" in line for line in lines) is told
     always = replace(FOUND, effect=HardIron((3.0, 0.0, 0.0)))
-    assert "turn it there too" not in " ".join(advice_for(diagnosis_of(Verdict.PARTIAL, always, problem=posed)))
+    assert "turn the vehicle at this place too" not in " ".join(
+        advice_for(diagnosis_of(Verdict.PARTIAL, always, problem=posed))
+    )

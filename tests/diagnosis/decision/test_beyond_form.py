@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from diagnosis.decision.selection import _beyond_form, _grows_with_time, _settled_beside, select
-from diagnosis.decision.white_choice import Accepted
+from diagnosis.decision.selection import _grows_with_time, _next_after_form, _refit_settings, select
+from diagnosis.decision.white_choice import AcceptedEffect
 from diagnosis.evidence.baseline import Baseline
-from diagnosis.evidence.held_out import judge, judged_at
-from diagnosis.library.candidates import Candidate, proposed
+from diagnosis.evidence.held_out import judge_candidate, judge_settings
+from diagnosis.library.candidates import Candidate, propose_candidates
 from sim.effects import EFFECTS
 from sim.effects.base import Effect
 from sim.effects.nonlinearity import ROUNDED
@@ -27,18 +27,18 @@ TABLES = {DRIVEN.name: {DRIVEN.linear[0]: [3.0, -2.0, 4.0]}, LOOP.name: {"gain":
 SLOW = {DRIFT.name: {DRIFT.linear[0]: [200.0, -300.0, 150.0]}}
 
 
-def _best(ground: Baseline, effect: type[Effect]) -> Accepted:
-    found = judge(ground, proposed(ground.problem)[effect.name])
+def _best(baseline: Baseline, effect: type[Effect]) -> AcceptedEffect:
+    found = judge_candidate(baseline, propose_candidates(baseline.problem)[effect.name])
     assert found is not None
-    return Accepted(found, ())
+    return AcceptedEffect(found, ())
 
 
-def _beyond(slow: dict[str, object]) -> Accepted | None:
+def _beyond(slow: dict[str, object]) -> AcceptedEffect | None:
     """What is found beside a current's field and a loop, taken for the form of that, in a recording with both."""
     start = Baseline.of(problem(hidden=TABLES | slow))
     first = _best(start, DRIVEN)
-    ground = start.beside(first.columns(start.problem))
-    return _beyond_form(ground, proposed(start.problem), [first], start, _best(ground, LOOP), [])
+    baseline = start.with_columns(first.columns(start.problem))
+    return _next_after_form(baseline, propose_candidates(start.problem), [first], start, _best(baseline, LOOP), [])
 
 
 def test_beside_a_form_what_is_slow_is_found() -> None:
@@ -56,12 +56,15 @@ def test_an_effect_is_settled_anew_beside_what_was_hidden() -> None:
     given = recording(hidden={LOOP.name: {"gain": [0.02] * 3, "threshold_nT": 1700.0}})
     slow = np.outer(np.linspace(-300.0, 300.0, len(given)), [1.0, -1.0, 0.5])
     start = Baseline.of(problem(replace(given, mag_nT=given.mag_nT + slow)))
-    members = proposed(start.problem)
-    worst = judged_at(start, members[LOOP.name][:1])
+    members = propose_candidates(start.problem)
+    worst = judge_settings(start, members[LOOP.name][:1])
     assert worst is not None
     drift = _best(start, DRIFT)
-    (settled,) = _settled_beside(drift, [Accepted(worst, ())], members, start)
-    assert settled.evidence.candidate == judge(start.beside(drift.columns(start.problem)), members[LOOP.name]).candidate  # type: ignore[union-attr]
+    (settled,) = _refit_settings(drift, [AcceptedEffect(worst, ())], members, start)
+    assert (
+        settled.evidence.candidate
+        == judge_candidate(start.with_columns(drift.columns(start.problem)), members[LOOP.name]).candidate
+    )  # type: ignore[union-attr]
     assert settled.evidence.nats == worst.nats
     assert settled.evidence.candidate != worst.candidate
 
@@ -72,23 +75,23 @@ def test_a_current_whose_gain_fades_is_no_drift_beside_a_current() -> None:
     assert quiet.current_A is not None
     current_A, fade = quiet.current_A[:, :1], np.linspace(1.0, 0.5, 2000)[:, None]
     fading = replace(quiet, current_A=current_A, mag_nT=quiet.mag_nT + fade * current_A * np.array([2.0, -1.0, 1.5]))
-    assert [one.name for one in select(problem(fading)).found] == [DRIVEN.name]
+    assert [one.name for one in select(problem(fading)).accepted] == [DRIVEN.name]
     drifting = problem(hidden={DRIVEN.name: {DRIVEN.linear[0]: [4.0, -2.0, 3.0]}} | SLOW)
-    assert {one.name for one in select(drifting).found} == {DRIVEN.name, DRIFT.name}
+    assert {one.name for one in select(drifting).accepted} == {DRIVEN.name, DRIFT.name}
 
 
 def test_a_loop_beside_a_current_is_no_growth_of_it() -> None:
     """Its state at the start is foretold wildly where the start is held out; by all data it tells."""
     core = {"rounded_gain": (0.004,) * 3, "rounded_threshold_nT": 3000.0, "rounded_start_nT": (-60.0, 40.0, 50.0)}
     posed = problem(hidden=TABLES | {LOOP.name: core})
-    current = judged_at(Baseline.of(posed), [Candidate(DRIVEN)])
+    current = judge_settings(Baseline.of(posed), [Candidate(DRIVEN)])
     assert current is not None
     rounded = Candidate(LOOP, (("rounded_threshold_nT", 3000.0),), forms=(ROUNDED,))
-    ground = Baseline.of(posed, [Candidate(DRIVEN).columns(posed)])
+    baseline = Baseline.of(posed, [Candidate(DRIVEN).columns(posed)])
     columns = rounded.columns(posed)
-    assert ground.evidence_of(columns) < 0 < ground.evidence_on_all(columns)
-    loop = Accepted(replace(current, candidate=rounded), ())
-    assert not _grows_with_time(loop, [Accepted(current, ())], ground)
+    assert baseline.evidence_of(columns) < 0 < baseline.evidence_on_all(columns)
+    loop = AcceptedEffect(replace(current, candidate=rounded), ())
+    assert not _grows_with_time(loop, [AcceptedEffect(current, ())], baseline)
 
 
 def test_a_drift_beside_a_current_that_fades_is_no_growth_of_it() -> None:
@@ -99,8 +102,8 @@ def test_a_drift_beside_a_current_that_fades_is_no_growth_of_it() -> None:
     fading = replace(made, current_A=current_A, mag_nT=made.mag_nT + fade * current_A * np.array([4.0, -2.0, 3.0]))
     posed = problem(fading)
     current, drift = Candidate(DRIVEN), Candidate(DRIFT)
-    ground = Baseline.of(posed, [current.columns(posed)])
-    judged = [judged_at(ground, [drift]), judged_at(Baseline.of(posed), [current])]
-    slow, driven = (Accepted(one, ()) for one in judged if one is not None)
-    assert 0 < ground.evidence_on_all(drift.columns(posed)) < 1000
-    assert not _grows_with_time(slow, [driven], ground)
+    baseline = Baseline.of(posed, [current.columns(posed)])
+    judged = [judge_settings(baseline, [drift]), judge_settings(Baseline.of(posed), [current])]
+    slow, driven = (AcceptedEffect(one, ()) for one in judged if one is not None)
+    assert 0 < baseline.evidence_on_all(drift.columns(posed)) < 1000
+    assert not _grows_with_time(slow, [driven], baseline)

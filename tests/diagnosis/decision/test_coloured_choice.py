@@ -9,7 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagnosis.decision.coloured_choice import BY_ANOTHER, NOT_ALONG, OF_MANY_SIZES, CandidateTest, CandidateTrial
+from diagnosis.decision.coloured_choice import (
+    NO_GAIN_ALONG_FIELD,
+    REVISABLE_REFUSALS,
+    SIZE_DIFFERS,
+    CandidateTest,
+    CandidateTrial,
+)
 from diagnosis.decision.screening import Screening
 from diagnosis.decision.selection import select
 from diagnosis.evidence.candidate_result import TOO_LITTLE
@@ -21,7 +27,7 @@ from tests.diagnosis.synthetic import problem
 ERROR = {"error_enu_nT": [60.0, -40.0, 20.0]}
 
 
-@pytest.mark.parametrize("refusal", [NOT_ALONG, TOO_LITTLE])
+@pytest.mark.parametrize("refusal", [NO_GAIN_ALONG_FIELD, TOO_LITTLE])
 def test_of_two_effects_each_may_stand_beside_the_other_alone(refusal: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """The larger is refused for what the other leaves, and is in once that one is; of too little nothing is asked."""
     gradient = {"gradient_nT_m": [[0.4, -0.2, 0.1], [-0.2, 0.3, 0.5], [0.1, 0.5, -0.7]]}
@@ -29,18 +35,18 @@ def test_of_two_effects_each_may_stand_beside_the_other_alone(refusal: str, monk
     posed, of = problem(n=2000, hidden={"field_gradient": gradient, "offset_jump": jump}), CandidateTest.of
 
     def refusing(self: CandidateTest, one: CandidateFit) -> CandidateTrial:
-        sole = not self.ground.inside and one.evidence.name == "field_gradient"
+        sole = not self.baseline.accepted_columns and one.evidence.name == "field_gradient"
         return replace(of(self, one), refusal=refusal) if sole else of(self, one)
 
     monkeypatch.setattr(CandidateTest, "of", refusing)
-    first = [one.name for one in select(posed).found][:1]
-    assert (first == ["field_gradient"]) is (refusal in BY_ANOTHER)
+    first = [one.name for one in select(posed).accepted][:1]
+    assert (first == ["field_gradient"]) is (refusal in REVISABLE_REFUSALS)
 
 
 def test_one_that_is_refused_is_neither_named_nor_listed(monkeypatch: pytest.MonkeyPatch) -> None:
     name = next(effect.name for effect in EFFECTS if any(p.name in ERROR for p in effect.parameters()))
     posed = problem(n=1500, hidden={name: ERROR})
-    (first,) = select(posed).found
+    (first,) = select(posed).accepted
     tried, of = [], CandidateTest.of
 
     def refusing(self: CandidateTest, one: CandidateFit) -> CandidateTrial:
@@ -48,7 +54,7 @@ def test_one_that_is_refused_is_neither_named_nor_listed(monkeypatch: pytest.Mon
         return replace(of(self, one), refusal="for a reason") if len(tried) == 1 else of(self, one)
 
     monkeypatch.setattr(CandidateTest, "of", refusing)
-    found = select(posed).found
+    found = select(posed).accepted
     assert tried[0] in {first.name, *first.alternatives}
     assert found
     assert tried[0] not in {found[0].name, *found[0].alternatives}
@@ -59,15 +65,15 @@ def test_what_explains_next_to_nothing_takes_no_turn() -> None:
     start: Any = SimpleNamespace(squares=4000.0, problem=SimpleNamespace(target=np.zeros((500, 3)), policy=STANDARD))
     candidates: Any = [SimpleNamespace(name=f"{less}", squares=4000.0 - less) for less in (10.0, 2000.0, 500.0, 0.0)]
     look = Screening(candidates, (), np.zeros(4), np.array([490.0, 30.0, 50.0, 500.0]))
-    assert look.in_turn(start, start) == [2, 1, 3, 0]
+    assert look.order(start, start) == [2, 1, 3, 0]
 
 
 def test_what_has_another_size_in_each_part_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """What leaves a clean rest is held to the share for that."""
     shares: dict[str, float] = {}
-    differs = "diagnosis.decision.coloured_choice.differs_along_the_run"
-    monkeypatch.setattr(differs, lambda one, beside, share: not shares.update({one.evidence.name: share}))
+    differs = "diagnosis.decision.coloured_choice.coefficients_change"
+    monkeypatch.setattr(differs, lambda one, coloured_baseline, share: not shares.update({one.evidence.name: share}))
     selection = select(problem(n=1500, hidden={"regional_field": ERROR}))
-    assert not selection.found
-    assert OF_MANY_SIZES in {one.outcome for one in selection.judged}
+    assert not selection.accepted
+    assert SIZE_DIFFERS in {one.outcome for one in selection.results}
     assert shares["regional_field"] == STANDARD.other_size

@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagnosis.decision.curves import _Look, channel_of, curves
+from diagnosis.decision.curves import _DriverScreening, channel_of, select_curves
 from diagnosis.evidence.baseline import Baseline
-from diagnosis.library.drivers import EARLY, drivers
+from diagnosis.library.drivers import CHANNEL_LAGS, find_drivers
 from diagnosis.policy import Policy
-from diagnosis.problem.formulation import pose, posed
-from diagnosis.repair.chain import left_with_iron_refitted
-from diagnosis.result import How
+from diagnosis.problem.formulation import pose, pose_model
+from diagnosis.repair.chain import residual_with_iron_refitted
+from diagnosis.result import EvidenceKind
 from diagnosis.several.confirmation import confirmed
 from diagnosis.workflow import diagnose
 from recordings import Recording
@@ -56,7 +56,7 @@ def late(x: Array, lag_s: float) -> Array:
 
 
 def found(given: Recording) -> list[str]:
-    return [one.channel for one in curves(Baseline.of(problem(given)))]
+    return [one.channel for one in select_curves(Baseline.of(problem(given)))]
 
 
 def test_a_saturating_load_that_comes_late_is_followed_and_foretells_another_run() -> None:
@@ -66,32 +66,39 @@ def test_a_saturating_load_that_comes_late_is_followed_and_foretells_another_run
     told = diagnose(first, MODEL)
     (one,) = told.named
     assert isinstance(one.effect, ChannelEffect)
-    assert (told.verdict, one.how, one.effect.channel, one.effect.late) == ("unknown", How.CURVE, "load_A", "channel")
+    assert (told.verdict, one.kind, one.effect.channel, one.effect.late) == (
+        "unknown",
+        EvidenceKind.CURVE,
+        "load_A",
+        "channel",
+    )
     assert one.effect.lag_s == pytest.approx(2.0, rel=0.15)
     assert told.gap.explained is not None
     assert told.gap.explained > 0.9
     assert f"a curve of load_A explains {told.gap.explained:.0%}" in told.sentence
-    assert any("load_A tells no mechanism" in line for line in told.advice)
+    assert any("load_A shows no mechanism" in line for line in told.advice)
     use = np.ones(len(second), bool)
     again = MODEL.model_copy(update={"effects": told.model.effects, "effect_order": told.model.effect_order})
     sizes = []
     for model in (MODEL, again):
-        p = posed(second, model, None, None)
-        sizes.append(float((left_with_iron_refitted(p, (), use) ** 2).mean()))
+        p = pose_model(second, model, None, None)
+        sizes.append(float((residual_with_iron_refitted(p, (), use) ** 2).mean()))
     assert (sizes[0] - sizes[1]) / (sizes[0] - 1) > 0.9
     (known,) = confirmed(told, second, MODEL, None, None).named
-    assert known.evidence == "transferred"
+    assert known.transfer == "transferred"
 
 
 def test_several_channels_are_joined_and_each_has_the_lowest_order_that_will_do() -> None:
     one, other = load(1), np.sin(np.arange(4000) / 31.0)
-    (first, second) = curves(Baseline.of(problem(disturbed(2 * one + 1.5 * other**2, a=one, b=other, c=slow(5)))))
+    (first, second) = select_curves(
+        Baseline.of(problem(disturbed(2 * one + 1.5 * other**2, a=one, b=other, c=slow(5))))
+    )
     assert {channel_of(c.candidate): dict(c.candidate.nonlinear)["order"] for c in (first, second)} == {"a": 1, "b": 2}
 
 
 def test_a_lag_of_the_curve_is_told_from_a_lag_of_the_channel() -> None:
     x = np.sin(np.arange(4000) / 17.0)
-    (one,) = curves(Baseline.of(problem(disturbed(2 * late(x**2, 3.0), x=x))))
+    (one,) = select_curves(Baseline.of(problem(disturbed(2 * late(x**2, 3.0), x=x))))
     way = dict(one.candidate.nonlinear)
     assert way["late"] == "curve"
     assert way["lag_s"] == pytest.approx(3.0, rel=0.15)
@@ -104,7 +111,7 @@ def test_the_height_drives_also_where_only_the_strength_is_known() -> None:
     pressed = disturbed(12 * np.sqrt(height - height.min()))
     p = pose(replace(pressed, att_q=None), FIELD_ENU_NT, STRENGTH_NT, ())
     assert p.mode == "strength"
-    assert [one.channel for one in curves(Baseline.of(p))] == [HEIGHT]
+    assert [one.channel for one in select_curves(Baseline.of(p))] == [HEIGHT]
 
 
 def test_a_slow_load_is_found_beside_what_hides_it_among_the_motions() -> None:
@@ -114,9 +121,9 @@ def test_a_slow_load_is_found_beside_what_hides_it_among_the_motions() -> None:
     rate = problem(given).state.field_rate_nT_s
     posed_late = problem(replace(given, mag_nT=given.mag_nT - 0.0007 * rate))
     start = Baseline.of(posed_late)
-    beside = start.beside(posed_late.whitened(rate[:, :, None], EddyCurrent))
-    assert not curves(start)
-    assert [one.channel for one in curves(start, beside)] == ["load_A"]
+    beside = start.with_columns(posed_late.whitened(rate[:, :, None], EddyCurrent))
+    assert not select_curves(start)
+    assert [one.channel for one in select_curves(start, beside)] == ["load_A"]
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -134,7 +141,7 @@ def test_a_channel_that_is_shifted_in_time_drives_nothing(seed: int) -> None:
 def test_a_course_of_time_is_not_a_channels_however_little_is_asked(power: int) -> None:
     course = np.linspace(-1, 1, 4000) ** power
     asks_little = Policy(coloured_nats=1.0)
-    assert not curves(Baseline.of(problem(disturbed(4 * course, charge=course), policy=asks_little)))
+    assert not select_curves(Baseline.of(problem(disturbed(4 * course, charge=course), policy=asks_little)))
 
 
 def test_tones_beside_a_current_give_way_to_the_channel_that_makes_them() -> None:
@@ -148,8 +155,8 @@ def test_tones_beside_a_current_give_way_to_the_channel_that_makes_them() -> Non
 def test_slow_noise_is_named_only_where_no_recorded_channel_makes_it() -> None:
     """A load that wanders makes a gap that wanders too, with the spectrum of a random walk."""
     told, other = (diagnose(disturbed(4 * slow(2), 2, tank_kg=slow(seed)), MODEL) for seed in (2, 12))
-    assert [(one.how, one.effect.required_inputs) for one in told.named] == [(How.CURVE, ("tank_kg",))]
-    assert {one.how for one in other.named} == {How.SPECTRUM}
+    assert [(one.kind, one.effect.required_inputs) for one in told.named] == [(EvidenceKind.CURVE, ("tank_kg",))]
+    assert {one.kind for one in other.named} == {EvidenceKind.SPECTRUM}
 
 
 def test_a_channel_that_resembles_the_motion_is_no_driver() -> None:
@@ -175,6 +182,6 @@ def test_a_named_effect_leaves_no_room_for_a_curve() -> None:
 def test_nothing_is_felt_later_than_the_run_is_long(n: int, lag_s: float) -> None:
     """Of ten samples a second."""
     given = disturbed(900 * late(load(1, n), 300.0), load=load(1, n))
-    look = _Look.of(Baseline.of(problem(given)))
-    (driver,) = [one for one in drivers(look.problem) if one.name == "load"]
-    assert look.best(driver, EARLY).way.lag_s == lag_s
+    look = _DriverScreening.of(Baseline.of(problem(given)))
+    (driver,) = [one for one in find_drivers(look.problem) if one.name == "load"]
+    assert look.best(driver, CHANNEL_LAGS).way.lag_s == lag_s

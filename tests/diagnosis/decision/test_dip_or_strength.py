@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.evidence.slow_noise import turns_the_field
+from diagnosis.evidence.slow_noise import is_attitude_error
 from diagnosis.result import Diagnosis
 from diagnosis.verdict import Verdict
 from diagnosis.workflow import diagnose
@@ -56,4 +56,4 @@ def test_a_current_across_the_field_is_named_by_the_dip() -> None:
     assert found.problem.compared == "strength+dip"
     assert [one.name for one in found.named] == [MotorCurrent.name]
     assert found.after.clean
-    assert not turns_the_field(found.problem, found.before_nT / found.problem.sigma_nT)
+    assert not is_attitude_error(found.problem, found.before_nT / found.problem.sigma_nT)

@@ -25,7 +25,7 @@ FIELD_NT, WAY_NT = 47_434.0, 15_000.0
 SHARE = 0.004
 
 
-def _any(ground: Baseline, name: str) -> bool:
+def _any(baseline: Baseline, name: str) -> bool:
     return True
 
 
@@ -53,22 +53,22 @@ def relaxing() -> Recording:
 
 def test_a_core_that_relaxes_is_hysteresis(relaxing: Recording) -> None:
     found = _found(without_attitude(relaxing))
-    (one,) = found.found
+    (one,) = found.accepted
     assert (one.name, ROUNDED in one.evidence.candidate.forms) == (Hysteresis.name, True)
     assert found.after.clean
 
 
 def test_by_plays_alone_it_is_not_found(relaxing: Recording, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(selection, "fuller", lambda *_: ())
-    names = [one.name for one in _found(without_attitude(relaxing)).found]
+    monkeypatch.setattr(selection, "first_form_evidence", lambda *_: ())
+    names = [one.name for one in _found(without_attitude(relaxing)).accepted]
     assert names != [Hysteresis.name], names
 
 
 def test_a_form_is_looked_for_a_decade_wider_than_the_plain_effect(relaxing: Recording) -> None:
     posed = problem(relaxing)
-    found = selection.Ground.of(posed)
-    members = selection.proposed(posed, frozenset(BY_NAME) - {Hysteresis.name})
-    (one,) = first_forms.fuller(found, members, _any)
+    found = selection.Baseline.of(posed)
+    members = selection.propose_candidates(posed, frozenset(BY_NAME) - {Hysteresis.name})
+    (one,) = first_forms.first_form_evidence(found, members, _any)
     given = dict(one.candidate.nonlinear)
     assert given["rounded_threshold_nT"] == pytest.approx(10 * given["threshold_nT"])
 
@@ -90,16 +90,16 @@ def test_a_bent_course_of_temperature_felt_late_is_found(monkeypatch: pytest.Mon
     """By its slope alone it leaves so much colour that it gains less than is needed, whatever its size."""
     posed = problem(_bent(5.0))
     found = selection.select(posed)
-    assert ({one.name for one in found.found}, found.after.clean) == ({TemperatureOffset.name}, True)
-    monkeypatch.setattr(selection, "fuller", lambda *_: ())
-    assert TemperatureOffset.name not in {one.name for one in selection.select(posed).found}
+    assert ({one.name for one in found.accepted}, found.after.clean) == ({TemperatureOffset.name}, True)
+    monkeypatch.setattr(selection, "first_form_evidence", lambda *_: ())
+    assert TemperatureOffset.name not in {one.name for one in selection.select(posed).accepted}
 
 
 @pytest.mark.parametrize(("temperature_degC", "asked"), [(lambda t: 20 + t / 30, False), (lambda t: 20 + t % 80, True)])
 def test_the_curve_of_what_only_rises_is_not_asked_for(temperature_degC: Callable[[Array], Array], asked: bool) -> None:
     given = recording(1500)
     posed = problem(replace(given, temperature_degC=temperature_degC(given.time_s)))
-    found = first_forms.fuller(selection.Ground.of(posed), selection.proposed(posed), _any)
+    found = first_forms.first_form_evidence(selection.Baseline.of(posed), selection.propose_candidates(posed), _any)
     assert (TemperatureOffset.name in {one.name for one in found}) is asked
 
 
@@ -111,11 +111,13 @@ def test_a_curve_is_heard_where_it_leaves_nothing(
     """Of a slow noise it would follow a part; at a listed lag it would leave something too."""
     heard: list[Evidence] = []
     monkeypatch.setattr(
-        selection, "beside_colour", lambda ground, ranking, start, is_clean, switched, full, beyond: heard.extend(full)
+        selection,
+        "choose_coloured",
+        lambda baseline, ranking, start, is_clean, switched, full, beyond: heard.extend(full),
     )
     given, steps = _bent(lag_s, 2.5), np.random.default_rng(0).normal(scale=walk_nT, size=(1500, 3))
     posed = problem(replace(given, mag_nT=given.mag_nT + steps.cumsum(axis=0)))
-    ground, members = selection.Ground.of(posed), selection.proposed(posed)
-    selection._round(ground, members, [], ground, selection.residual_tests(ground, ()))
+    baseline, members = selection.Baseline.of(posed), selection.propose_candidates(posed)
+    selection._choose(baseline, members, [], baseline, selection.residual_tests(baseline, ()))
     names = {one.name for one in heard if one.candidate.forms}
     assert (TemperatureOffset.name in names) is (walk_nT == 0)

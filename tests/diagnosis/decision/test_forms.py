@@ -8,13 +8,13 @@ from functools import partial
 import numpy as np
 import pytest
 
-from diagnosis.decision.forms import _between, in_full
+from diagnosis.decision.forms import _refined_settings, complete_forms
 from diagnosis.decision.selection import Selection, select
-from diagnosis.decision.selection import tests_beside as left_beside
-from diagnosis.decision.white_choice import Accepted
+from diagnosis.decision.selection import tests_with_effects as left_beside
+from diagnosis.decision.white_choice import AcceptedEffect
 from diagnosis.evidence.baseline import Baseline
-from diagnosis.evidence.held_out import judged_at
-from diagnosis.library.candidates import Candidate, proposed
+from diagnosis.evidence.held_out import judge_settings
+from diagnosis.library.candidates import Candidate, propose_candidates
 from sim.effects import BY_NAME
 from sim.effects.currents import MotorCurrent
 from sim.effects.nonlinearity import Hysteresis
@@ -67,13 +67,13 @@ def test_a_form_goes_under_the_name_of_the_effect(
     name: str, plain: dict[str, object], fuller: dict[str, object], forms: str
 ) -> None:
     selection = _found({name: plain | fuller})
-    (one,) = selection.found
+    (one,) = selection.accepted
     assert (one.name, one.evidence.candidate.forms) == (name, (forms,))
     assert selection.after.clean
-    effect = one.evidence.candidate.made(one.evidence.coefficients)
+    effect = one.evidence.candidate.to_effect(one.evidence.coefficients)
     assert effect.forms_in_use[1:] == (forms,)
     simple = _found({name: plain})
-    assert [(each.name, each.evidence.candidate.forms) for each in simple.found] == [(name, ())]
+    assert [(each.name, each.evidence.candidate.forms) for each in simple.accepted] == [(name, ())]
 
 
 def test_a_form_takes_nothing_from_what_is_no_form_of_it() -> None:
@@ -83,7 +83,7 @@ def test_a_form_takes_nothing_from_what_is_no_form_of_it() -> None:
             "offset_jump": {"time_s": 250.0, "step_nT": [3.0, 2.0, -2.0]},
         }
     )
-    assert sorted(one.name for one in selection.found) == ["motor_current", "offset_jump"]
+    assert sorted(one.name for one in selection.accepted) == ["motor_current", "offset_jump"]
 
 
 def test_a_candidate_has_the_columns_of_its_forms_and_gives_their_parameters_back() -> None:
@@ -91,7 +91,7 @@ def test_a_candidate_has_the_columns_of_its_forms_and_gives_their_parameters_bac
     plain = Candidate(Hysteresis, (("threshold_nT", 800.0), ("second_threshold_nT", 5000.0)))
     fuller = replace(plain, forms=("second play",))
     c = np.array([0.01, 0.02, 0.03, 0.004, 0.005, 0.006])
-    effect = fuller.made(c)
+    effect = fuller.to_effect(c)
     assert effect == Hysteresis((0.01, 0.02, 0.03), 800.0, (0.004, 0.005, 0.006), 5000.0)
     assert fuller.columns(posed).shape[2] == plain.columns(posed).shape[2] + 3
     np.testing.assert_allclose(
@@ -102,14 +102,14 @@ def test_a_candidate_has_the_columns_of_its_forms_and_gives_their_parameters_bac
 
 
 def test_no_candidate_begins_with_a_form() -> None:
-    assert all(not one.forms for several in proposed(problem()).values() for one in several)
+    assert all(not one.forms for several in propose_candidates(problem()).values() for one in several)
 
 
 def test_a_number_that_is_moved_stays_within_its_bounds() -> None:
     """A temperature without a limit to its lag: the longer the better, up to what the effect takes."""
     posed = problem(hidden={"hard_iron_drift": {"rate_nT_h": [300.0, -200.0, 400.0]}})
     lags = (("lag_s", 90_000.0), ("second_lag_s", 90_000.0))
-    moved = _between(Baseline.of(posed), Candidate(BY_NAME["temperature_offset"], lags, forms=("second lag",)))
+    moved = _refined_settings(Baseline.of(posed), Candidate(BY_NAME["temperature_offset"], lags, forms=("second lag",)))
     assert all(0 < value <= 1e5 for _, value in moved.nonlinear)
     assert np.isfinite(moved.columns(posed)).all()
 
@@ -119,13 +119,15 @@ def test_a_form_that_does_not_tell_is_given_back(bend: tuple[float, ...], kept: 
     """Of the kind that was taken while another effect was not yet in."""
     posed = problem(hidden={"motor_current": {"gain_nT_A": [4.0, -2.0, 3.0], "motor": 1, "square_nT_A2": list(bend)}})
     start = Baseline.of(posed)
-    bent = judged_at(start, [Candidate(MotorCurrent, (("motor", 1),), forms=("bent line",))])
+    bent = judge_settings(start, [Candidate(MotorCurrent, (("motor", 1),), forms=("bent line",))])
     assert bent is not None
-    ((one,), _, after) = in_full([Accepted(bent, ())], start, partial(left_beside, found=["motor_current"]))
+    ((one,), _, after) = complete_forms(
+        [AcceptedEffect(bent, ())], start, partial(left_beside, names=["motor_current"])
+    )
     assert one.evidence.candidate.forms == kept
     assert after.clean
     if not kept:
-        effect = one.evidence.candidate.made(one.evidence.coefficients)
+        effect = one.evidence.candidate.to_effect(one.evidence.coefficients)
         assert effect.gain_nT_A == pytest.approx((4.0, -2.0, 3.0), abs=0.3)  # type: ignore[attr-defined]
 
 
@@ -133,7 +135,7 @@ def test_what_was_found_twice_is_there_once_when_its_form_is_given_back() -> Non
     posed = problem(hidden={"motor_current": {"gain_nT_A": [4.0, -2.0, 3.0], "motor": 1}})
     start = Baseline.of(posed)
     plain = Candidate(MotorCurrent, (("motor", 1),))
-    both = [judged_at(start, [one]) for one in (replace(plain, forms=("bent line",)), plain)]
-    found = [Accepted(one, ()) for one in both if one is not None]
-    ((one,), _, _) = in_full(found, start, partial(left_beside, found=["motor_current"]))
+    both = [judge_settings(start, [one]) for one in (replace(plain, forms=("bent line",)), plain)]
+    found = [AcceptedEffect(one, ()) for one in both if one is not None]
+    ((one,), _, _) = complete_forms(found, start, partial(left_beside, names=["motor_current"]))
     assert one.evidence.candidate.forms == ()

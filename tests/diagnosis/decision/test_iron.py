@@ -10,17 +10,17 @@ import numpy as np
 import pytest
 
 from diagnosis.decision import iron as iron_module
-from diagnosis.decision.belief import believed
-from diagnosis.decision.iron import _by_convention, _looks_like, absorbed_effects, iron_changes
-from diagnosis.decision.selection import _is_undone, select
-from diagnosis.decision.white_choice import accepted, beside_white_noise
+from diagnosis.decision.conclusion import conclude
+from diagnosis.decision.iron import _is_conventional, _looks_like, absorbed_effects, iron_changes
+from diagnosis.decision.selection import _is_cancelled, select
+from diagnosis.decision.white_choice import accept_best, choose_white
 from diagnosis.evidence.baseline import Baseline
-from diagnosis.evidence.candidate_result import AND_NO_MORE
-from diagnosis.evidence.held_out import Evidence, ranked
-from diagnosis.library.candidates import Candidate, proposed
+from diagnosis.evidence.candidate_result import HARDLY_MORE
+from diagnosis.evidence.held_out import Evidence, rank_candidates
+from diagnosis.library.candidates import Candidate, propose_candidates
 from diagnosis.policy import STANDARD
-from diagnosis.problem.formulation import posed
-from diagnosis.repair.named_effects import names_of
+from diagnosis.problem.formulation import pose_model
+from diagnosis.repair.named_effects import named_effects
 from recordings import Recording
 from sim.effects import BY_NAME, EFFECTS
 from sim.scenario import ModelSpec
@@ -33,8 +33,8 @@ def test_a_far_origin_of_a_gradient_is_no_change_of_the_iron() -> None:
     along = problem().state.field_enu_nT / STRENGTH_NT
     origin = np.linalg.solve(G, 40.0 * along)
     found = select(problem(hidden={"field_gradient": {"gradient_nT_m": G.tolist(), "origin_enu_m": origin.tolist()}}))
-    assert [one.name for one in found.found] == ["field_gradient"]
-    assert iron_changes(found).found == ()
+    assert [one.name for one in found.accepted] == ["field_gradient"]
+    assert iron_changes(found).changes == ()
 
 
 def test_another_reference_temperature_is_counted_with_its_effect() -> None:
@@ -42,11 +42,11 @@ def test_another_reference_temperature_is_counted_with_its_effect() -> None:
     slope = np.array([2.0, -3.0, 1.5])
     hidden = {"temperature_offset": {"slope_nT_K": slope.tolist(), "reference_degC": 26.0}}
     alone = iron_changes(select(problem(hidden=hidden)))
-    assert alone.found == ()
-    assert [one.name for one in alone.counted] == ["hard_iron"]
-    assert alone.counted[0].evidence.coefficients == pytest.approx(-6 * slope, abs=0.5)
+    assert alone.changes == ()
+    assert [one.name for one in alone.conventional] == ["hard_iron"]
+    assert alone.conventional[0].evidence.coefficients == pytest.approx(-6 * slope, abs=0.5)
     both = iron_changes(select(problem(hidden={**hidden, "hard_iron": {"offset_nT": [20.0, 30.0, 10.0]}})))
-    assert [one.name for one in both.found] == ["hard_iron"]
+    assert [one.name for one in both.changes] == ["hard_iron"]
 
 
 def test_a_bent_course_of_temperature_is_counted_from_any() -> None:
@@ -56,10 +56,10 @@ def test_a_bent_course_of_temperature_is_counted_from_any() -> None:
     warmer_K = (middle_degC - 20.0)[:, None]
     warm = replace(quiet, temperature_degC=middle_degC, mag_nT=quiet.mag_nT + warmer_K * (k + warmer_K * k2))
     alone = iron_changes(select(problem(warm)))
-    assert alone.found == ()
-    assert [one.name for one in alone.counted] == ["hard_iron"]
+    assert alone.changes == ()
+    assert [one.name for one in alone.conventional] == ["hard_iron"]
     both = iron_changes(select(problem(replace(warm, mag_nT=warm.mag_nT + np.array([20.0, 30.0, 10.0])))))
-    assert [one.name for one in both.found] == ["hard_iron"]
+    assert [one.name for one in both.changes] == ["hard_iron"]
 
 
 def test_a_drift_is_counted_from_any_time() -> None:
@@ -68,10 +68,10 @@ def test_a_drift_is_counted_from_any_time() -> None:
     ramp_nT = (quiet.time_s - quiet.time_s.mean())[:, None] * rate
     drifting = replace(quiet, mag_nT=quiet.mag_nT + ramp_nT)
     alone = iron_changes(select(problem(drifting)))
-    assert alone.found == ()
-    assert alone.counted[0].evidence.coefficients == pytest.approx(-quiet.time_s.mean() * rate, abs=0.5)
+    assert alone.changes == ()
+    assert alone.conventional[0].evidence.coefficients == pytest.approx(-quiet.time_s.mean() * rate, abs=0.5)
     both = iron_changes(select(problem(replace(drifting, mag_nT=drifting.mag_nT + np.array([20.0, 30.0, 10.0])))))
-    assert [one.name for one in both.found] == ["hard_iron"]
+    assert [one.name for one in both.changes] == ["hard_iron"]
 
 
 def test_a_temperature_that_hardly_changes_keeps_its_slope() -> None:
@@ -80,7 +80,7 @@ def test_a_temperature_that_hardly_changes_keeps_its_slope() -> None:
     swing_K, slope = 0.15 * np.sin(0.02 * quiet.time_s), np.array([30.0, -45.0, 20.0])
     mag_nT = quiet.mag_nT + swing_K[:, None] * slope
     posed = problem(replace(quiet, mag_nT=mag_nT, temperature_degC=5 + swing_K))
-    (named,) = names_of(posed, believed(select(posed)), ())
+    (named,) = named_effects(posed, conclude(select(posed)), ())
     assert named.effect.slope_nT_K == pytest.approx(slope, rel=0.05)  # type: ignore[attr-defined]
     (iron,) = named.also
     assert iron.offset_nT == pytest.approx(15 * slope, rel=0.05)  # type: ignore[attr-defined]
@@ -90,9 +90,9 @@ def test_one_effect_with_two_parts_is_one_name() -> None:
     """Two motors whose fields differ are one cause, whose second part goes into the model with the first."""
     gains = [{"gain_nT_A": [6.0, -3.0, 4.0], "motor": 1}, {"gain_nT_A": [-4.0, 5.0, 2.0], "motor": 2}]
     posed = problem(hidden={"motor_current": gains})
-    belief = believed(select(posed))
-    assert {one.name for one in belief.found} == {"motor_current"}
-    (named,) = names_of(posed, belief, ())
+    conclusion = conclude(select(posed))
+    assert {one.name for one in conclusion.accepted} == {"motor_current"}
+    (named,) = named_effects(posed, conclusion, ())
     field = sum(
         effect.apply(posed.state, posed.state.field_nT, np.random.default_rng(0), {}) for effect in named.effects
     )
@@ -102,8 +102,8 @@ def test_one_effect_with_two_parts_is_one_name() -> None:
 
 def test_a_scale_that_differs_is_a_change_of_the_iron() -> None:
     found = select(problem(hidden={"scale": {"error": [1e-3, -1e-3, 5e-4]}}))
-    assert found.found == ()
-    assert [one.name for one in iron_changes(found).found] == ["scale"]
+    assert found.accepted == ()
+    assert [one.name for one in iron_changes(found).changes] == ["scale"]
 
 
 IRON_NOW = {
@@ -115,20 +115,20 @@ IRON_NOW = {
 @pytest.mark.parametrize("colour", [{}, {"flicker_noise": {"density_nT_sqrt_hz": [1.0] * 3}}])
 def test_of_an_iron_that_changed_whole_both_parts_are_found(colour: dict[str, Any]) -> None:
     """The offset is a hundredth of the matrix's nats and less; neither is the other's form, for both are linear."""
-    found = {one.name: one for one in iron_changes(select(problem(hidden=IRON_NOW | colour))).found}
+    found = {one.name: one for one in iron_changes(select(problem(hidden=IRON_NOW | colour))).changes}
     assert set(found) == {"soft_iron", "hard_iron"}
     assert found["hard_iron"].evidence.gain < 0.02 * found["soft_iron"].evidence.gain
 
 
 def test_an_iron_that_changed_whole_is_told_as_it_is() -> None:
     posed = problem(hidden=IRON_NOW)
-    told: dict[str, Any] = {one.name: one.effect for one in names_of(posed, believed(select(posed)), ())}
+    told: dict[str, Any] = {one.name: one.effect for one in named_effects(posed, conclude(select(posed)), ())}
     assert told["hard_iron"].offset_nT == pytest.approx(IRON_NOW["hard_iron"]["offset_nT"], abs=1.0)
     np.testing.assert_allclose(told["soft_iron"].matrix, IRON_NOW["soft_iron"]["matrix"], atol=2e-5)
 
 
 def test_an_iron_that_changed_is_no_drift_that_settles_at_once_and_no_loop_wider_than_the_field() -> None:
-    found = iron_changes(select(problem(hidden=IRON_NOW))).found
+    found = iron_changes(select(problem(hidden=IRON_NOW))).changes
     listed = {name for one in found for name in one.alternatives}
     assert all(BY_NAME[name].traits.absorbed for name in listed)
 
@@ -147,24 +147,26 @@ def test_what_an_effect_is_counted_from_is_no_likeness(effect: str, nonlinear: d
     """Of a temperature that hardly changes it is not said: it may be why the iron is another."""
     given = recording()
     posed = problem(replace(given, temperature_degC=10 + 0.01 * np.sin(0.01 * given.time_s)))
-    (rival,) = ranked(Baseline.of(posed), {effect: [Candidate(BY_NAME[effect], tuple(nonlinear.items()))]}) or [None]
+    (rival,) = rank_candidates(
+        Baseline.of(posed), {effect: [Candidate(BY_NAME[effect], tuple(nonlinear.items()))]}
+    ) or [None]
     assert rival is not None
     rival = replace(rival, candidate=Candidate(BY_NAME[effect], tuple(nonlinear.items())))
-    assert _by_convention(rival, posed) is counted
+    assert _is_conventional(rival, posed) is counted
 
 
 def test_beside_a_colour_a_change_of_the_iron_needs_what_any_effect_needs_there() -> None:
     """What is slow moves a fitted matrix too: 17 nats are a scale where white noise is left alone."""
     found = select(problem(hidden={"scale": {"error": [5e-6, -5e-6, 2.5e-6]}}))
-    assert [one.name for one in iron_changes(found).found] == ["scale"]
-    assert iron_changes(replace(found, after=replace(found.after, why=("means over 5 s",)))).found == ()
+    assert [one.name for one in iron_changes(found).changes] == ["scale"]
+    assert iron_changes(replace(found, after=replace(found.after, why=("means over 5 s",)))).changes == ()
 
 
 @pytest.mark.parametrize(("less", "name"), [(0.02, "regional_field"), (0.2, "field_gradient")])
 def test_an_error_of_form_makes_no_gradient_of_a_constant(less: float, name: str) -> None:
     """A gradient has a constant within it: it must gain more beyond that than an error of form does."""
     gradient, constant = _gradient_and_constant()
-    chosen = accepted([replace(gradient, gain=constant.gain / (1 - less)), constant], STANDARD)
+    chosen = accept_best([replace(gradient, gain=constant.gain / (1 - less)), constant], STANDARD)
     assert chosen is not None
     assert chosen.name == name
 
@@ -177,17 +179,19 @@ def test_a_gradient_is_listed_beside_its_constant_where_it_gains_more_than_by_ch
     gradient, constant = _gradient_and_constant()
     richer = replace(gradient, gain=constant.gain + lead * STANDARD.apart * gradient.V)
     several = sorted([richer, constant], key=lambda one: -one.gain)
-    chosen = accepted(several, STANDARD)
+    chosen = accept_best(several, STANDARD)
     assert chosen is not None
     assert (chosen.name, chosen.alternatives) == ("regional_field", listed)
-    named = {one.name: one.outcome for one in beside_white_noise(several, STANDARD).judged}["field_gradient"]
-    assert (AND_NO_MORE in named) is (not listed)
+    named = {one.name: one.outcome for one in choose_white(several, STANDARD).results}["field_gradient"]
+    assert (HARDLY_MORE in named) is (not listed)
 
 
 def _gradient_and_constant() -> list[Evidence]:
     posed = problem(hidden={"regional_field": {"error_enu_nT": [150.0, -80.0, 60.0]}})
-    members = {key: many for key, many in proposed(posed).items() if key in ("regional_field", "field_gradient")}
-    return sorted(ranked(Baseline.of(posed), members), key=lambda one: one.name)
+    members = {
+        key: many for key, many in propose_candidates(posed).items() if key in ("regional_field", "field_gradient")
+    }
+    return sorted(rank_candidates(Baseline.of(posed), members), key=lambda one: one.name)
 
 
 def test_an_error_of_the_field_on_a_level_circle_is_listed_beside_the_iron_it_looks_like() -> None:
@@ -201,8 +205,8 @@ def test_an_error_of_the_field_on_a_level_circle_is_listed_beside_the_iron_it_lo
     mag = ((field + np.array([500.0, -250.0, 100.0])) @ R_wb) @ soft.T + 2.0 * rng.normal(size=(n, 3))
     q = np.column_stack([np.cos(heading / 2), zero, zero, np.sin(heading / 2)])
     model = ModelSpec.model_validate({"effects": {"soft_iron": {"matrix": (soft - np.eye(3)).tolist()}}})
-    level = posed(Recording(time_s=np.arange(n) / 10.0, mag_nT=mag, att_q=q), model, field, None)
-    found = iron_changes(select(level)).found
+    level = pose_model(Recording(time_s=np.arange(n) / 10.0, mag_nT=mag, att_q=q), model, field, None)
+    found = iron_changes(select(level)).changes
     assert "regional_field" in {name for one in found for name in (one.name, *one.alternatives)}
 
 
@@ -222,7 +226,7 @@ def test_of_slow_noise_a_slow_log_makes_no_change_of_the_iron(offset_nT: float, 
     """Samples 2 s apart: no means of the evidence's last as long as the turns do, over which the noise wanders."""
     made = recording(700, seed=seed, hidden={"flicker_noise": {"density_nT_sqrt_hz": [6.0] * 3}})
     slow = replace(made, time_s=20 * made.time_s, mag_nT=made.mag_nT + offset_nT * np.array([1.0, -1.0, 1.0]))
-    names = [one.name for one in iron_changes(select(problem(slow))).found]
+    names = [one.name for one in iron_changes(select(problem(slow))).changes]
     assert names == ["hard_iron"] * bool(offset_nT)
 
 
@@ -233,8 +237,8 @@ def test_of_what_is_taken_up_whole_a_tenth_is_left_at_most(
     """By the base on this motion, or by what is in already."""
     monkeypatch.setattr(iron_module, "survival", lambda *_: kept)
     assert bool(absorbed_effects(problem(n=300))) is gone
-    ground: Any = SimpleNamespace(problem=SimpleNamespace(policy=STANDARD))
-    evidence = SimpleNamespace(strength=10.0, taken_from=lambda ground: 10.0 * kept)
+    baseline: Any = SimpleNamespace(problem=SimpleNamespace(policy=STANDARD))
+    evidence = SimpleNamespace(strength=10.0, explained_rms=lambda baseline: 10.0 * kept)
     chosen: Any = SimpleNamespace(name="one", alternatives=(), evidence=evidence)
     inside: Any = SimpleNamespace(name="other", alternatives=())
-    assert _is_undone(chosen, [inside], ground) is gone
+    assert _is_cancelled(chosen, [inside], baseline) is gone

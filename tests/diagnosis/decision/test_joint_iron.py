@@ -108,13 +108,13 @@ def test_names_that_leave_more_than_was_there_are_none(monkeypatch: pytest.Monke
     """A white log of a level rover: iron fitted beside an eddy current of a tenth of the noise left a colour."""
     posed = pose(_turned_by_hand(1, 40.0, gain_nT_A=200.0), None, float(np.hypot(0.42, 0.9075) * FIELD_NT), ())
     once = select(posed, frozenset(BY_NAME) - {MotorCurrent.name})
-    assert once.found
+    assert once.accepted
     assert not once.before.clean
     as_bad = replace(once, after=once.before)
-    assert [jointly.without_what_makes_it_worse(one) is one for one in (once, as_bad)] == [True, True]
+    assert [jointly.rejected_if_worse(one) is one for one in (once, as_bad)] == [True, True]
     monkeypatch.setattr(jointly, "select", lambda *_: replace(once, before=once.after, after=once.before))
     worse = select_jointly(posed)
-    assert worse.found == ()
+    assert worse.accepted == ()
     assert worse.after.clean
     assert np.array_equal(worse.end.residual(), once.start.residual())
-    assert worse.judged[0].outcome.startswith("not believed")
+    assert worse.results[0].outcome.startswith("withdrawn")

@@ -12,13 +12,13 @@ from scipy.spatial.transform import Rotation
 
 from diagnosis.decision import late_attitude
 from diagnosis.decision.late_attitude import (
-    _ahead,
+    _attitude_spline,
     _best_lead_s,
-    _by_gyro,
-    _course,
-    _free_of_kin,
     _gap_nT,
-    _known,
+    _gyro_agrees,
+    _known_attitude,
+    _late_effect,
+    _problem_with_lead,
 )
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.library.candidates import Candidate
@@ -79,21 +79,21 @@ def test_an_attitude_whose_lateness_varies_is_moved_by_its_mean() -> None:
     """What that leaves comes and goes with the turns, so that no name may be found for it."""
     late_s = 0.06 * (1 + 0.3 * np.random.default_rng(2).uniform(-1, 1, size=len(TIME_S)))
     selection: Any = SimpleNamespace(start=Baseline.of(posed(field_at(TIME_S), hand_q(TIME_S - late_s))))
-    moved = _ahead(selection, None)
+    moved = _problem_with_lead(selection, None)
     assert moved is not None
-    assert moved.instead[0].words.startswith("The attitude comes 60")
+    assert moved.corrections[0].words.startswith("The attitude comes 60")
 
 
 def test_the_lead_leaves_no_delay_of_its_own() -> None:
     """In a hand some microseconds show beside little noise."""
     problem = posed(field_at(TIME_S) + OFFSET_NT, hand_q(TIME_S - 0.0307))
-    assert _best_lead_s(problem, _course(problem), 0.03) == pytest.approx(0.0307, abs=3e-6)
+    assert _best_lead_s(problem, _attitude_spline(problem), 0.03) == pytest.approx(0.0307, abs=3e-6)
 
 
 def test_rows_of_an_unknown_attitude_are_not_reached_into() -> None:
     """The last rows of a slower attitude stand, and are left out."""
     problem = posed(field_at(TIME_S), hand_q(TIME_S)).without(np.arange(len(TIME_S)) >= len(TIME_S) - 5)
-    assert np.flatnonzero(~_known(problem, 0.1)).tolist() == list(range(len(TIME_S) - 8, len(TIME_S)))
+    assert np.flatnonzero(~_known_attitude(problem, 0.1)).tolist() == list(range(len(TIME_S) - 8, len(TIME_S)))
 
 
 def test_the_lead_is_sought_in_the_field_along_the_track() -> None:
@@ -101,13 +101,13 @@ def test_the_lead_is_sought_in_the_field_along_the_track() -> None:
     mag_nT = to_body(matrix_from_q(hand_q(TIME_S)), FIELD_ENU_NT + change)
     track = FieldTrack((50.0, 10.0, 5e5), change, np.zeros(len(TIME_S)))
     problem = replace(posed(mag_nT, hand_q(TIME_S - 0.05)), track=track)
-    assert _gap_nT(problem, _course(problem), 0.05) < 1.0
+    assert _gap_nT(problem, _attitude_spline(problem), 0.05) < 1.0
 
 
 def test_samples_that_are_no_measurements_do_not_count_for_the_lead() -> None:
     wrong = np.arange(len(TIME_S)) % 7 == 0
     problem = posed(field_at(TIME_S) + 1e4 * wrong[:, None], hand_q(TIME_S - 0.05)).without(wrong)
-    assert _gap_nT(problem, _course(problem), 0.05) < 1.0
+    assert _gap_nT(problem, _attitude_spline(problem), 0.05) < 1.0
 
 
 @pytest.mark.parametrize(
@@ -118,16 +118,16 @@ def test_a_lead_explains_what_free_coefficients_do_but_for_an_error_of_form(
 ) -> None:
     """These leave 20 of 100; an error of form is larger beside a colour."""
     powers, there = iter((100.0, 20.0, by_lead)), SimpleNamespace()
-    script = {"_first_lead_s": 1.0, "_course": None, "_best_lead_s": 1.0, "_moved": there}
+    script = {"_first_lead_s": 1.0, "_attitude_spline": None, "_best_lead_s": 1.0, "_with_lead": there}
     for name, value in script.items():
         monkeypatch.setattr(late_attitude, name, lambda *_, value=value: value)
-    monkeypatch.setattr(late_attitude, "_power_nT2", lambda ground: next(powers))
-    monkeypatch.setattr(late_attitude.Ground, "of", lambda problem: None)
+    monkeypatch.setattr(late_attitude, "_power_nT2", lambda baseline: next(powers))
+    monkeypatch.setattr(late_attitude.Baseline, "of", lambda problem: None)
     problem = SimpleNamespace(policy=STANDARD, state=SimpleNamespace(interval_s=0.1))
-    start = SimpleNamespace(problem=problem, beside=lambda columns: None)
+    start = SimpleNamespace(problem=problem, with_columns=lambda columns: None)
     selection: Any = SimpleNamespace(start=start, after=SimpleNamespace(clean=clean))
     named: Any = SimpleNamespace(columns=lambda problem: None)
-    assert (_ahead(selection, named) is there) is moved
+    assert (_problem_with_lead(selection, named) is there) is moved
 
 
 @pytest.mark.parametrize(
@@ -149,16 +149,16 @@ def test_an_attitude_is_late_where_no_name_for_it_is_left(
     eddy = SimpleNamespace(name="eddy_current", alternatives=[], evidence=SimpleNamespace(strength=10.0))
     alike = ["eddy_current"] * (again == "latency")
     other = SimpleNamespace(name=again, alternatives=alike, evidence=SimpleNamespace(strength=strength))
-    found = SimpleNamespace(found=[other], start=start)
-    for name, value in {"_free_of_kin": eddy, "_ahead": 1, "select_jointly": found}.items():
+    found = SimpleNamespace(accepted=[other], start=start)
+    for name, value in {"_late_effect": eddy, "_problem_with_lead": 1, "select_jointly": found}.items():
         monkeypatch.setattr(late_attitude, name, lambda *_, value=value: value)
     selection: Any = SimpleNamespace(without=frozenset(), start=start, after=after)
-    assert late_attitude.with_attitude_in_time(selection) is (selection if kept else found)
+    assert late_attitude.correct_late_attitude(selection) is (selection if kept else found)
 
 
 def test_a_late_magnetometer_stays_a_delay() -> None:
     told = found(field_at(TIME_S - 0.05))
-    assert told.problem.instead == ()
+    assert told.problem.corrections == ()
     assert told.named[0].name == "latency"
 
 
@@ -166,14 +166,14 @@ def test_uneven_eddy_currents_stay_what_they_are() -> None:
     field_nT = field_at(TIME_S)
     rate = np.gradient(field_nT, TIME_S, axis=0)
     told = found(field_nT + rate @ UNEVEN_S.T)
-    assert told.problem.instead == ()
+    assert told.problem.corrections == ()
     assert told.named[0].name == "eddy_current"
 
 
 def test_far_less_than_an_interval_is_no_matter_of_time_stamps() -> None:
     field_nT = field_at(TIME_S)
     told = found(field_nT + 0.006 * np.gradient(field_nT, TIME_S, axis=0))
-    assert told.problem.instead == ()
+    assert told.problem.corrections == ()
     assert told.named[0].name == "eddy_current"
 
 
@@ -182,7 +182,7 @@ def test_time_stamps_are_asked_of_an_attitude_alone() -> None:
     noise = NOISE_NT * np.random.default_rng(1).normal(size=(len(TIME_S), 3))
     rate = -cross(np.full((len(TIME_S), 3), 0.4), field_at(TIME_S))
     log = Recording(time_s=TIME_S, mag_nT=field_at(TIME_S) + 0.03 * rate + noise)
-    assert diagnose(log, ModelSpec(), field_enu_nT=FIELD_ENU_NT, fitted_base=True).problem.instead == ()
+    assert diagnose(log, ModelSpec(), field_enu_nT=FIELD_ENU_NT, fitted_base=True).problem.corrections == ()
 
 
 @pytest.mark.parametrize(
@@ -197,8 +197,8 @@ def test_time_stamps_are_asked_of_an_attitude_alone() -> None:
 )
 def test_what_is_free_to_be_ahead_of_the_field_may_be_a_late_attitude(named: Candidate, asked: bool) -> None:
     one = SimpleNamespace(evidence=SimpleNamespace(candidate=named))
-    selection: Any = SimpleNamespace(found=[one])
-    assert (_free_of_kin(selection) is one) is asked
+    selection: Any = SimpleNamespace(accepted=[one])
+    assert (_late_effect(selection) is one) is asked
 
 
 @pytest.mark.parametrize(
@@ -207,13 +207,19 @@ def test_what_is_free_to_be_ahead_of_the_field_may_be_a_late_attitude(named: Can
 def test_where_no_name_is_found_a_lead_must_lower_the_gap_as_a_misread_reference_does_or_be_the_gyros_too(
     left: float, by_gyro: bool, moved: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    script = {"_first_lead_s": 1.0, "_course": None, "_best_lead_s": 1.0, "_moved": "moved", "_by_gyro": by_gyro}
+    script = {
+        "_first_lead_s": 1.0,
+        "_attitude_spline": None,
+        "_best_lead_s": 1.0,
+        "_with_lead": "moved",
+        "_gyro_agrees": by_gyro,
+    }
     for name, value in script.items():
         monkeypatch.setattr(late_attitude, name, lambda *_, value=value: value)
     monkeypatch.setattr(late_attitude, "_gap_nT", lambda problem, q_at, lead_s: left if lead_s else 1.0)
     problem = SimpleNamespace(policy=STANDARD, state=SimpleNamespace(interval_s=0.1))
     selection: Any = SimpleNamespace(start=SimpleNamespace(problem=problem))
-    assert (_ahead(selection, None) == "moved") is moved
+    assert (_problem_with_lead(selection, None) == "moved") is moved
 
 
 @pytest.mark.parametrize(("late_s", "agrees"), [(0.12, True), (0.16, True), (0.3, False), (0.0, False)])
@@ -223,14 +229,14 @@ def test_a_gyro_says_by_how_much_an_attitude_is_late(late_s: float, agrees: bool
     gyro_rad_s = np.zeros((len(TIME_S), 3))
     gyro_rad_s[1:-1] = (turn[:-2].inv() * turn[2:]).as_rotvec() / (TIME_S[2] - TIME_S[0])
     log = Recording(TIME_S, field_at(TIME_S), gyro_rad_s=gyro_rad_s, att_q=hand_q(TIME_S - late_s))
-    assert _by_gyro(pose(log, FIELD_ENU_NT, 5e4, ()), 0.12) is agrees
-    assert not _by_gyro(posed(field_at(TIME_S), hand_q(TIME_S - 0.12)), 0.12)
+    assert _gyro_agrees(pose(log, FIELD_ENU_NT, 5e4, ()), 0.12) is agrees
+    assert not _gyro_agrees(posed(field_at(TIME_S), hand_q(TIME_S - 0.12)), 0.12)
 
 
 @pytest.mark.parametrize("turns", [True, False])
 def test_only_an_attitude_that_shows_a_turn_can_be_late(turns: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[object] = []
-    monkeypatch.setattr(late_attitude, "_ahead", lambda *given: asked.append(given))
-    selection: Any = SimpleNamespace(start=SimpleNamespace(problem=SimpleNamespace(turns=turns)), found=[])
-    assert late_attitude.with_attitude_in_time(selection) is selection
+    monkeypatch.setattr(late_attitude, "_problem_with_lead", lambda *given: asked.append(given))
+    selection: Any = SimpleNamespace(start=SimpleNamespace(problem=SimpleNamespace(turns=turns)), accepted=[])
+    assert late_attitude.correct_late_attitude(selection) is selection
     assert bool(asked) is turns

@@ -12,13 +12,13 @@ import pytest
 from diagnosis.decision import selection
 from diagnosis.decision.selection import (
     Selection,
-    _beyond_form,
-    _is_form,
-    _is_undone,
-    _settled_beside,
+    _is_cancelled,
+    _is_form_of_accepted,
+    _next_after_form,
+    _refit_settings,
     select,
 )
-from diagnosis.decision.white_choice import Accepted, Round
+from diagnosis.decision.white_choice import AcceptedEffect, RoundResult
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.held_out import Evidence
 from diagnosis.evidence.residual_tests import ResidualTests
@@ -42,34 +42,34 @@ KIN = [effect for effect in EFFECTS if effect.traits.family][:2]
 Play = Callable[..., tuple[Selection, list[int]]]
 
 
-def _one(effect: type[Effect], strength: float = 10.0, *others: str, **settings: Any) -> Accepted:
+def _one(effect: type[Effect], strength: float = 10.0, *others: str, **settings: Any) -> AcceptedEffect:
     nothing: Any = None
     candidate = Candidate(effect, tuple(settings.items()))
-    return Accepted(Evidence(candidate, 100.0, 1.0, strength, 1.0, nothing, nothing, 3), others)
+    return AcceptedEffect(Evidence(candidate, 100.0, 1.0, strength, 1.0, nothing, nothing, 3), others)
 
 
 @pytest.fixture(autouse=True)
 def _nothing_is_undone(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Evidence, "taken_from", lambda self, ground: self.strength)
+    monkeypatch.setattr(Evidence, "explained_rms", lambda self, baseline: self.strength)
 
 
 @pytest.fixture
 def play(monkeypatch: pytest.MonkeyPatch) -> Play:
     """Let rounds choose what is given; `after`: what is left then. Gives the selection and how many were in before."""
 
-    def played(*rounds: Accepted, after: ResidualTests = LEFT) -> tuple[Selection, list[int]]:
+    def played(*rounds: AcceptedEffect, after: ResidualTests = LEFT) -> tuple[Selection, list[int]]:
         choices, asked = iter(rounds), list[int]()
 
-        def round_(ground: Baseline, members: object, found: list[Accepted], *_: object) -> Round:
+        def round_(baseline: Baseline, members: object, found: list[AcceptedEffect], *_: object) -> RoundResult:
             asked.append(len(found))
-            return Round(next(choices, None), ())
+            return RoundResult(next(choices, None), ())
 
-        ground = Baseline.of(POSED)
-        monkeypatch.setattr(selection, "_round", round_)
+        baseline = Baseline.of(POSED)
+        monkeypatch.setattr(selection, "_choose", round_)
         monkeypatch.setattr(selection, "residual_tests", lambda *_: LEFT)
-        monkeypatch.setattr(selection, "_with_forms", lambda found, start: (list(found), ground, after))
-        monkeypatch.setattr(selection, "_settled_beside", lambda chosen, found, *_: list(found))
-        monkeypatch.setattr(selection, "_beyond_form", lambda *_: None)
+        monkeypatch.setattr(selection, "_complete", lambda found, start: (list(found), baseline, after))
+        monkeypatch.setattr(selection, "_refit_settings", lambda chosen, found, *_: list(found))
+        monkeypatch.setattr(selection, "_next_after_form", lambda *_: None)
         return select(POSED), asked
 
     return played
@@ -82,20 +82,20 @@ def test_the_loop_ends_where_nothing_is_left(play: Play) -> None:
 
 
 def test_an_effect_that_is_a_form_of_what_is_in_is_listed_beside_it_and_ends_the_loop(play: Play) -> None:
-    found = play(_one(KIN[0]), _one(KIN[1]), _one(RegionalField))[0].found
+    found = play(_one(KIN[0]), _one(KIN[1]), _one(RegionalField))[0].accepted
     assert [(one.name, one.alternatives) for one in found] == [(KIN[0].name, (KIN[1].name,))]
 
 
 def test_a_second_effect_that_the_first_may_be_is_a_form_of_it(play: Play) -> None:
-    found = play(_one(MotorCurrent, 10.0, RegionalField.name), _one(RegionalField), _one(SoftIron))[0].found
+    found = play(_one(MotorCurrent, 10.0, RegionalField.name), _one(RegionalField), _one(SoftIron))[0].accepted
     assert [one.form_of for one in found] == [None, MotorCurrent.name, None]
-    found = play(_one(RegionalField), _one(MotorCurrent, 10.0, RegionalField.name))[0].found
+    found = play(_one(RegionalField), _one(MotorCurrent, 10.0, RegionalField.name))[0].accepted
     assert [one.form_of for one in found] == [None, RegionalField.name]
 
 
 def test_what_has_no_name_speaks_against_none_where_the_loop_ends(play: Play, monkeypatch: pytest.MonkeyPatch) -> None:
     """With the constant of the field that the round beside it left."""
-    monkeypatch.setattr(selection, "_without_what_has_no_name", lambda tests, *_: CLEAN)
+    monkeypatch.setattr(selection, "_final_tests", lambda tests, *_: CLEAN)
     assert play(_one(MotorCurrent))[0].after.clean
 
 
@@ -111,18 +111,18 @@ def test_the_same_effect_at_another_of_its_listed_values_is_a_form(
     effect: type[Effect], first: dict[str, Any], second: dict[str, Any], form: bool
 ) -> None:
     """At another time it is another event."""
-    assert _is_form(_one(effect, **second), [_one(effect, **first)], [], STANDARD) is form
+    assert _is_form_of_accepted(_one(effect, **second), [_one(effect, **first)], [], STANDARD) is form
 
 
 @pytest.mark.parametrize(("strength", "form"), [(1.0, True), (2.0, False)])
 def test_beside_a_form_another_form_is_none_either(
     strength: float, form: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(selection, "_round", lambda *_: Round(_one(RegionalField, strength), ()))
-    monkeypatch.setattr(selection, "tests_beside", lambda *_: LEFT)
-    monkeypatch.setattr(Accepted, "columns", lambda *_: np.zeros((1500, 3, 1)))
-    ground = Baseline.of(POSED)
-    found = _beyond_form(ground, {}, [_one(MotorCurrent)], ground, _one(Latency), [])
+    monkeypatch.setattr(selection, "_choose", lambda *_: RoundResult(_one(RegionalField, strength), ()))
+    monkeypatch.setattr(selection, "tests_with_effects", lambda *_: LEFT)
+    monkeypatch.setattr(AcceptedEffect, "columns", lambda *_: np.zeros((1500, 3, 1)))
+    baseline = Baseline.of(POSED)
+    found = _next_after_form(baseline, {}, [_one(MotorCurrent)], baseline, _one(Latency), [])
     assert (found is None) is form
 
 
@@ -133,19 +133,19 @@ def test_what_is_undone_by_what_is_in_is_none(
     """But what could stand for it shares its course: that is one cause with it."""
     chosen = _one(RegionalField)
     taken = STANDARD.absorbed_survival * chosen.evidence.strength / kept
-    monkeypatch.setattr(Evidence, "taken_from", lambda *_: taken)
+    monkeypatch.setattr(Evidence, "explained_rms", lambda *_: taken)
     first = _one(MotorCurrent, 10.0, *(chosen.name for _ in others))
-    assert _is_undone(chosen, [first], Baseline.of(POSED)) is undone
-    assert not _is_undone(chosen, [], Baseline.of(POSED))
+    assert _is_cancelled(chosen, [first], Baseline.of(POSED)) is undone
+    assert not _is_cancelled(chosen, [], Baseline.of(POSED))
 
 
 def test_what_has_a_window_is_not_settled_anew(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its window was found with it."""
-    monkeypatch.setattr(Accepted, "columns", lambda *_: np.zeros((1500, 3, 1)))
+    monkeypatch.setattr(AcceptedEffect, "columns", lambda *_: np.zeros((1500, 3, 1)))
     monkeypatch.setattr(selection, "judge", lambda *_: _one(SoftIron, 1.0).evidence)
     windowed, whole = _one(SoftIron, **{ACTIVE_WINDOW.name: (20.0, 50.0)}), _one(SoftIron)
     start, members = Baseline.of(POSED), {SoftIron.name: [Candidate(SoftIron)]}
-    settled = _settled_beside(_one(MotorCurrent), [windowed, whole], members, start)
+    settled = _refit_settings(_one(MotorCurrent), [windowed, whole], members, start)
     assert [one.evidence.strength for one in settled] == [10.0, 1.0]
 
 
@@ -153,24 +153,24 @@ def test_beside_white_noise_no_rest_has_a_colour_and_alone_nothing_is_sought_bey
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     given: list[tuple[Any, ...]] = []
-    monkeypatch.setattr(selection, "beside_colour", lambda *args: given.append(args) or Round(None, ()))
-    monkeypatch.setattr(selection, "windowed", lambda *_: ["window"])
-    monkeypatch.setattr(selection, "fuller", lambda *_: [])
-    ground = Baseline.of(POSED)
-    selection._round(ground, {}, [], ground, CLEAN)
+    monkeypatch.setattr(selection, "choose_coloured", lambda *args: given.append(args) or RoundResult(None, ()))
+    monkeypatch.setattr(selection, "rank_windowed", lambda *_: ["window"])
+    monkeypatch.setattr(selection, "first_form_evidence", lambda *_: [])
+    baseline = Baseline.of(POSED)
+    selection._choose(baseline, {}, [], baseline, CLEAN)
     assert not given
     for alone in (True, False):
-        selection._round(ground, {}, [], ground, LEFT, alone=alone)
+        selection._choose(baseline, {}, [], baseline, LEFT, alone=alone)
     assert [(args[4], args[6] is None) for args in given] == [(["window"], True), (["window"], False)]
 
 
 def test_behind_a_filter_noise_has_a_memory_of_some_samples(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(selection, "battery", lambda *args: replace(CLEAN, why=(str(args[-1]),)))
-    ground = Baseline.of(POSED)
-    memories = [selection.residual_tests(ground, [name]).why[0] for name in (MotorCurrent.name, Latency.name)]
+    monkeypatch.setattr(selection, "run_residual_tests", lambda *args: replace(CLEAN, why=(str(args[-1]),)))
+    baseline = Baseline.of(POSED)
+    memories = [selection.residual_tests(baseline, [name]).why[0] for name in (MotorCurrent.name, Latency.name)]
     assert memories == ["1", str(STANDARD.filter_memory)]
 
 
 def test_what_effects_leave_is_asked_for_an_error_of_the_field(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(selection, "_with_earth_vector", lambda tests, ground: LEFT)
-    assert selection.tests_beside(Baseline.of(POSED), ()) is LEFT
+    monkeypatch.setattr(selection, "_with_earth_vector", lambda tests, baseline: LEFT)
+    assert selection.tests_with_effects(Baseline.of(POSED), ()) is LEFT

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagnosis.decision.monotone_courses import with_rivals
+from diagnosis.decision.monotone_courses import with_rival_channels
 from diagnosis.evidence.localise import TIME
-from diagnosis.result import Diagnosis, How, Named
+from diagnosis.result import Diagnosis, EvidenceKind, NamedEffect
 from diagnosis.verdict import Verdict
 from diagnosis.workflow import diagnose
 from recordings import Recording
@@ -48,7 +48,7 @@ def test_without_the_cause_in_the_library_what_shares_its_course_is_no_name_alon
     told = _told(_seen(15 + 5 * UP, UP), frozenset({missing.name}))
     assert told.verdict is Verdict.CLASS
     assert (told.named[0].name, told.named[0].rivals) == (found.name, (rival,))
-    assert f"what goes with {rival}" in told.sentence
+    assert f"an effect of {rival}" in told.sentence
     assert any(rival in line for line in told.advice)
     assert told.as_dict()["effects"][0]["rivals"] == [rival]
 
@@ -68,10 +68,10 @@ def test_without_the_cause_in_the_library_what_shares_its_course_is_no_name_alon
 )
 def test_only_what_rises_all_the_time_has_rivals(effect, temperature_degC, rivals) -> None:
     posed = problem(replace(recording(), temperature_degC=temperature_degC))
-    named = Named(effect, (), How.HELD_OUT, 100.0, 1.0)
-    assert with_rivals(posed, named).rivals == rivals
-    assert with_rivals(posed, replace(named, alternatives=(WARM.name, DRIFT.name))).rivals == ()
-    assert with_rivals(posed, replace(named, how=How.SPECTRUM)).rivals == ()
+    named = NamedEffect(effect, (), EvidenceKind.HELD_OUT, 100.0, 1.0)
+    assert with_rival_channels(posed, named).rivals == rivals
+    assert with_rival_channels(posed, replace(named, alternatives=(WARM.name, DRIFT.name))).rivals == ()
+    assert with_rival_channels(posed, replace(named, kind=EvidenceKind.SPECTRUM)).rivals == ()
 
 
 @pytest.mark.parametrize(
@@ -100,9 +100,9 @@ def test_a_channel_that_comes_and_goes_drives_two_jumps() -> None:
     on = (UP * N * 0.1 > 150.0) & (UP * N * 0.1 < 250.0)
     posed = problem(replace(recording(), temperature_degC=15 + 5.0 * on))
     back = JUMP(250.0, (-3.0, 2.0, -4.0))
-    named = Named(JUMP(150.0, (3.0, -2.0, 4.0)), (), How.HELD_OUT, 100.0, 1.0, also=(back,))
-    assert with_rivals(posed, named).rivals == (TEMPERATURE,)
-    assert with_rivals(posed, replace(named, also=())).rivals == ()
+    named = NamedEffect(JUMP(150.0, (3.0, -2.0, 4.0)), (), EvidenceKind.HELD_OUT, 100.0, 1.0, also=(back,))
+    assert with_rival_channels(posed, named).rivals == (TEMPERATURE,)
+    assert with_rival_channels(posed, replace(named, also=())).rivals == ()
 
 
 @pytest.mark.parametrize(("off_s", "rivals"), [(250.0, ("payload",)), (300.0, ())])
@@ -114,7 +114,7 @@ def test_what_acts_in_a_part_goes_with_a_channel_that_is_on_there_alone(off_s: f
     (one,) = told.named
     assert (one.name, one.rivals) == (SOFT_IRON.name, rivals)
     assert one.effect.active_s == pytest.approx(PART_S, abs=1.0)
-    assert ("what goes with payload" in told.sentence) is bool(rivals)
+    assert ("an effect of payload" in told.sentence) is bool(rivals)
     assert told.verdict is (Verdict.CLASS if rivals else Verdict.NAMED)
 
 
@@ -125,8 +125,10 @@ def test_of_motors_that_run_alike_none_is_named_alone(spread: float, rivals: tup
     second = first + spread * fourth
     currents = np.stack([first, second, 1 - 2 * first, fourth], axis=1)
     posed = problem(replace(given, current_A=currents, channels={"throttle": second}))
-    alone = Named(DRIVEN(**{DRIVEN.linear[0]: (3.0, 0.0, 0.0), "motor": 1}), (), How.HELD_OUT, 100.0, 1.0)
-    assert with_rivals(posed, alone).rivals == rivals
+    alone = NamedEffect(
+        DRIVEN(**{DRIVEN.linear[0]: (3.0, 0.0, 0.0), "motor": 1}), (), EvidenceKind.HELD_OUT, 100.0, 1.0
+    )
+    assert with_rival_channels(posed, alone).rivals == rivals
     each = replace(alone, also=(DRIVEN(**{DRIVEN.linear[0]: (3.0, 0.0, 0.0), "motor": 2}),))
-    assert with_rivals(posed, each).rivals == ()
-    assert with_rivals(posed, replace(alone, effect=DRIVEN(**{DRIVEN.linear[0]: (3.0, 0.0, 0.0)}))).rivals == ()
+    assert with_rival_channels(posed, each).rivals == ()
+    assert with_rival_channels(posed, replace(alone, effect=DRIVEN(**{DRIVEN.linear[0]: (3.0, 0.0, 0.0)}))).rivals == ()

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from diagnosis.decision import motors
-from diagnosis.decision.motors import _parts, each_by_itself
-from diagnosis.decision.white_choice import Accepted
+from diagnosis.decision.motors import _motor_evidence, split_by_motor
+from diagnosis.decision.white_choice import AcceptedEffect
 from diagnosis.evidence.baseline import Baseline
-from diagnosis.evidence.held_out import judge
-from diagnosis.library.candidates import proposed
+from diagnosis.evidence.held_out import judge_candidate
+from diagnosis.library.candidates import propose_candidates
 from diagnosis.problem.actuators import with_actuators
 from diagnosis.result import Diagnosis
 from diagnosis.workflow import diagnose
@@ -61,9 +61,12 @@ def test_motors_whose_wires_run_differently_have_a_gain_each_and_one_name(attitu
 @pytest.mark.parametrize(("gains", "first"), [(2 * UNEQUAL, 4), (EQUAL, 1)])
 def test_motors_that_were_found_first_are_asked_again_beside_a_second_effect(gains: np.ndarray, first: int) -> None:
     start = Baseline.of(problem(driven(gains)))
-    found = [judge(start, proposed(start.problem)[name]) for name in ("motor_current", "temperature_offset")]
-    tests: Any = lambda ground: SimpleNamespace(clean=False)  # noqa: E731
-    split = each_by_itself([Accepted(one, ()) for one in found if one is not None], start, tests)
+    found = [
+        judge_candidate(start, propose_candidates(start.problem)[name])
+        for name in ("motor_current", "temperature_offset")
+    ]
+    tests: Any = lambda baseline: SimpleNamespace(clean=False)  # noqa: E731
+    split = split_by_motor([AcceptedEffect(one, ()) for one in found if one is not None], start, tests)
     assert [one.name for one in split] == [*first * ["motor_current"], "temperature_offset"]
 
 
@@ -103,11 +106,11 @@ def test_of_motors_that_run_alike_the_one_that_was_found_stays(
 ) -> None:
     """Those that are kept beside all others must do better than it too: 900 nats together are not theirs."""
     posed = problem(driven(UNEQUAL))
-    found = judge(Baseline.of(posed), proposed(posed, frozenset())["motor_current"])
+    found = judge_candidate(Baseline.of(posed), propose_candidates(posed, frozenset())["motor_current"])
     assert found is not None
     together = iter([900.0, 500.0, kept_nats, 500.0])
-    monkeypatch.setattr(motors, "judged_at", lambda *_: replace(found, gain=500.0, V=1.0))
+    monkeypatch.setattr(motors, "judge_settings", lambda *_: replace(found, gain=500.0, V=1.0))
     monkeypatch.setattr(motors, "inflation", lambda *_: 1.0)
-    monkeypatch.setattr(Baseline, "held_gain", lambda *_: next(together))
+    monkeypatch.setattr(Baseline, "held_out_gain", lambda *_: next(together))
     settings = [found.candidate.at({"motor": motor}) for motor in posed.state.motors]
-    assert len(_parts(Baseline.of(posed), settings, found)) == kept
+    assert len(_motor_evidence(Baseline.of(posed), settings, found)) == kept

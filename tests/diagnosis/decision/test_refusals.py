@@ -9,21 +9,26 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagnosis.decision import coloured_choice as hearing
+from diagnosis.decision import coloured_choice
 from diagnosis.decision.coloured_choice import (
-    DENIED_ALONG,
-    NOT_ALONG,
-    OF_ERRORS,
-    OF_MANY_SIZES,
-    WANDERS,
+    ATTITUDE_WANDER,
+    LIKE_COURSE,
+    LIKE_EARTH_FRAME,
+    LIKE_HEADING,
+    LOSS_ALONG_FIELD,
+    NO_BETTER_THAN_SURROGATES,
+    NO_GAIN_ALONG_FIELD,
+    NOT_SHOWN_BY_MOTION,
+    OUTSIDE_WINDOW,
+    SIZE_DIFFERS,
     CandidateTest,
     CandidateTrial,
-    _chosen,
-    _far_better,
-    _named,
-    _until_one_stands,
+    _accepted_effect,
+    _run_trials,
+    _stronger_in_window,
+    _with_alternatives,
 )
-from diagnosis.decision.white_choice import Accepted
+from diagnosis.decision.white_choice import AcceptedEffect
 from diagnosis.evidence.attitude_like import TURNS
 from diagnosis.evidence.candidate_result import TOO_LITTLE
 from diagnosis.evidence.candidate_test import CandidateFit
@@ -36,7 +41,6 @@ from sim.effects.currents import MotorCurrent
 from sim.effects.earth import FieldGradient, RegionalField
 from sim.effects.iron import SoftIron
 
-MOVED = "no more than its columns moved in time"
 TRIED = 7
 GAP = 1e5
 """Squares that a start leaves beyond the noise's own."""
@@ -49,21 +53,21 @@ def _evidence(effect: type[Effect] = RegionalField, gain: float = 100.0, **chang
     return replace(Evidence(Candidate(effect, tried=TRIED), gain, 1.0, 1.0, 1.0, nothing, nothing, 3), **changes)
 
 
-def _standing(effect: type[Effect] = RegionalField, gain: float = 100.0) -> CandidateFit:
+def _fit(effect: type[Effect] = RegionalField, gain: float = 100.0) -> CandidateFit:
     nothing: Any = None
     return CandidateFit(_evidence(effect, gain), np.zeros((1, 3, 3)), nothing, nothing, gain)
 
 
-def _ground(squares: float = GAP, **problem: Any) -> Any:
-    posed = {"policy": STANDARD, "turns": True, "sees_across": True, "level": None, "target": np.zeros((0, 3))}
-    ground = SimpleNamespace(problem=SimpleNamespace(**posed | problem), squares=squares, inside=())
-    ground.beside = lambda columns: ground
-    return ground
+def _baseline(squares: float = GAP, **problem: Any) -> Any:
+    posed = {"policy": STANDARD, "turns": True, "compares_across": True, "level": None, "target": np.zeros((0, 3))}
+    baseline = SimpleNamespace(problem=SimpleNamespace(**posed | problem), squares=squares, accepted_columns=())
+    baseline.with_columns = lambda columns: baseline
+    return baseline
 
 
-def _hearing(ground: Any = None, by_chance: float = 0.0, *, clean: bool = True) -> CandidateTest:
-    beside: Any = SimpleNamespace(surrogates=lambda one, problem: np.array(15 * [0.0] + [by_chance]))
-    return CandidateTest(ground or _ground(), beside, _ground(), lambda ground, name: clean)
+def _test(baseline: Any = None, by_chance: float = 0.0, *, clean: bool = True) -> CandidateTest:
+    beside: Any = SimpleNamespace(surrogate_gains=lambda one, problem: np.array(15 * [0.0] + [by_chance]))
+    return CandidateTest(baseline or _baseline(), beside, _baseline(), lambda baseline, name: clean)
 
 
 @pytest.mark.parametrize(
@@ -80,32 +84,34 @@ def test_beside_colour_what_the_motion_hardly_shows_is_made_up_by_errors_of_the_
     effect: type[Effect], survival: float, coloured: bool, turns: bool, refused: bool
 ) -> None:
     """Where the sensor turns, of what goes with the attitude."""
-    heard = _hearing(_ground(turns=turns))
+    heard = _test(_baseline(turns=turns))
     found = heard._refusal_by_survival(_evidence(effect, survival=survival), coloured)
-    assert found == (OF_ERRORS if refused else "")
+    assert found == (NOT_SHOWN_BY_MOTION if refused else "")
 
 
 @pytest.mark.parametrize(("share", "coloured", "refused"), [(0.04, True, True), (0.06, True, False), (0, False, False)])
 def test_beside_colour_an_effect_explains_enough_of_the_gap(share: float, coloured: bool, refused: bool) -> None:
-    assert bool(_hearing()._refusal_by_share(_ground((1 - share) * GAP), coloured)) is refused
+    assert bool(_test()._refusal_by_share(_baseline((1 - share) * GAP), coloured)) is refused
 
 
 @pytest.mark.parametrize("coloured", [True, False])
 def test_a_course_of_time_is_asked_beside_colour_alone(coloured: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    courses = [f"a_course_of_{of}_does_better" for of in ("time", "the_field", "the_place")]
+    courses = [f"{of}_course_explains_more" for of in ("time", "field", "place")]
     for course in courses:
         for one in courses:
-            monkeypatch.setattr(hearing, one, lambda *_, says=one == course: says)
-        assert bool(_hearing()._refusal_by_any_course(_standing(), coloured)) is coloured
+            monkeypatch.setattr(coloured_choice, one, lambda *_, says=one == course: says)
+        assert bool(_test()._refusal_by_any_course(_fit(), coloured)) is coloured
 
 
 @pytest.mark.parametrize("coloured", [True, False])
 def test_a_wander_of_the_attitude_is_asked_beside_colour_alone(coloured: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     """With the evidence that is needed there."""
-    monkeypatch.setattr(hearing, "beside_a_wander", lambda *_: BESIDE)
-    monkeypatch.setattr(hearing, "a_wander_does_better", lambda one, wander, needed: wander is BESIDE and needed == 7.0)
-    told = _hearing()._refusal_by_wander(_standing(MotorCurrent), _ground(), coloured, 7.0)
-    assert told == (WANDERS if coloured else "")
+    monkeypatch.setattr(coloured_choice, "with_attitude_wander", lambda *_: BESIDE)
+    monkeypatch.setattr(
+        coloured_choice, "attitude_wander_explains_more", lambda one, wander, needed: wander is BESIDE and needed == 7.0
+    )
+    told = _test()._refusal_by_wander(_fit(MotorCurrent), _baseline(), coloured, 7.0)
+    assert told == (ATTITUDE_WANDER if coloured else "")
 
 
 @pytest.mark.parametrize(
@@ -122,29 +128,29 @@ def test_a_field_of_its_own_that_stands_along_the_field_is_no_wander_of_the_atti
     effect: type[Effect], along: float, share: float, sees: bool, refused: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """By the evidence that is needed and most of what is there, for an error of the attitude has nothing there."""
-    monkeypatch.setattr(hearing, "beside_a_wander", lambda *_: BESIDE)
-    monkeypatch.setattr(hearing, "a_wander_does_better", lambda *_: True)
-    monkeypatch.setattr(hearing, "gained_along_the_field", lambda *_: along)
-    monkeypatch.setattr(hearing, "share_along_the_field", lambda *_: share)
-    ground = _ground(sees_across=sees)
-    assert bool(_hearing(ground)._refusal_by_wander(_standing(effect), ground, True, 7.0)) is refused
+    monkeypatch.setattr(coloured_choice, "with_attitude_wander", lambda *_: BESIDE)
+    monkeypatch.setattr(coloured_choice, "attitude_wander_explains_more", lambda *_: True)
+    monkeypatch.setattr(coloured_choice, "gain_along_field", lambda *_: along)
+    monkeypatch.setattr(coloured_choice, "share_along_field", lambda *_: share)
+    baseline = _baseline(compares_across=sees)
+    assert bool(_test(baseline)._refusal_by_wander(_fit(effect), baseline, True, 7.0)) is refused
 
 
 @pytest.mark.parametrize(
     ("rule", "says", "words"),
     [
-        ("goes_with_heading", True, "goes with the heading as well"),
-        ("swings_with_the_field", True, "goes with the field in the earth's frame rather"),
-        ("comes_and_goes", "depth", "comes and goes with depth as well"),
-        ("comes_again", True, "comes again beside its own window"),
+        ("follows_heading", True, LIKE_HEADING),
+        ("follows_earth_frame", True, LIKE_EARTH_FRAME),
+        ("equivalent_course", "depth", LIKE_COURSE.format("depth")),
+        ("recurs_outside_window", True, OUTSIDE_WINDOW),
     ],
 )
 def test_what_has_another_course_is_no_tone_and_has_no_window(
     rule: str, says: object, words: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for one in ("goes_with_heading", "swings_with_the_field", "comes_and_goes", "comes_again"):
-        monkeypatch.setattr(hearing, one, lambda *_, one=one: one == rule and says)
-    assert _hearing()._refusal_by_course(_evidence(), _ground()) == words
+    for one in ("follows_heading", "follows_earth_frame", "equivalent_course", "recurs_outside_window"):
+        monkeypatch.setattr(coloured_choice, one, lambda *_, one=one: one == rule and says)
+    assert _test()._refusal_by_course(_evidence(), _baseline()) == words
 
 
 @pytest.mark.parametrize(
@@ -155,22 +161,22 @@ def test_one_size_is_asked_more_strictly_where_nothing_is_left(
     coloured: bool, part: float, refused: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """True effects add 3 % with coefficients of their own in parts of the run, beside another effect 15 %."""
-    monkeypatch.setattr(hearing, "differs_along_the_run", lambda one, beside, most: part > most)
-    assert (_hearing()._refusal_by_size(_standing(), coloured) == OF_MANY_SIZES) is refused
+    monkeypatch.setattr(coloured_choice, "coefficients_change", lambda one, beside, most: part > most)
+    assert (_test()._refusal_by_size(_fit(), coloured) == SIZE_DIFFERS) is refused
 
 
 @pytest.mark.parametrize(
     ("effect", "coloured", "problem", "shown", "nats", "refusal"),
     [
-        (FieldGradient, True, {}, False, 0.0, NOT_ALONG),
+        (FieldGradient, True, {}, False, 0.0, NO_GAIN_ALONG_FIELD),
         (FieldGradient, True, {}, True, 0.0, ""),
         (FieldGradient, False, {}, False, 0.0, ""),
-        (FieldGradient, False, {}, False, -5.0, DENIED_ALONG),
-        (FieldGradient, True, {"sees_across": False}, False, -5.0, ""),
+        (FieldGradient, False, {}, False, -5.0, LOSS_ALONG_FIELD),
+        (FieldGradient, True, {"compares_across": False}, False, -5.0, ""),
         (MotorCurrent, True, {}, False, 0.0, ""),
-        (MotorCurrent, True, {}, False, -5.0, DENIED_ALONG),
+        (MotorCurrent, True, {}, False, -5.0, LOSS_ALONG_FIELD),
         (MotorCurrent, True, {}, False, -4.0, ""),
-        (MotorCurrent, True, {"level": "known"}, False, 0.0, NOT_ALONG),
+        (MotorCurrent, True, {"level": "known"}, False, 0.0, NO_GAIN_ALONG_FIELD),
         (MotorCurrent, False, {"level": "known"}, False, -5.0, ""),
     ],
 )
@@ -184,9 +190,9 @@ def test_an_error_of_the_attitude_has_nothing_along_the_field(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """A field of its own must show there beside colour, all must beside the dip, and nothing may be denied there."""
-    monkeypatch.setattr(hearing, "gains_along_the_field", lambda before, after, tried: shown and tried == TRIED)
-    monkeypatch.setattr(hearing, "gained_along_the_field", lambda *_: nats)
-    assert _hearing(_ground(**problem))._refusal_along_the_field(_standing(effect), _ground(), coloured) == refusal
+    monkeypatch.setattr(coloured_choice, "explains_along_field", lambda before, after, tried: shown and tried == TRIED)
+    monkeypatch.setattr(coloured_choice, "gain_along_field", lambda *_: nats)
+    assert _test(_baseline(**problem))._refusal_along_the_field(_fit(effect), _baseline(), coloured) == refusal
 
 
 @pytest.fixture
@@ -194,7 +200,7 @@ def unrefused(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nothing but what it gains speaks against an effect."""
     monkeypatch.setattr(CandidateTest, "_refusal", lambda *_: "")
     monkeypatch.setattr(Candidate, "columns", lambda *_: None)
-    monkeypatch.setattr(hearing, "an_attitude_does_as_well", lambda *_: True)
+    monkeypatch.setattr(coloured_choice, "attitude_explains_as_much", lambda *_: True)
 
 
 @pytest.mark.usefixtures("unrefused")
@@ -206,17 +212,17 @@ def unrefused(monkeypatch: pytest.MonkeyPatch) -> None:
         (30.0, 0.0, False, ""),
         (30.0, 96.0, True, TOO_LITTLE),
         (80.0, 79.0, True, ""),
-        (80.0, 81.0, True, MOVED),
+        (80.0, 81.0, True, NO_BETTER_THAN_SURROGATES),
     ],
 )
 def test_an_effect_gains_more_than_what_is_none(
     gain: float, by_chance: float, clean: bool, refusal: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Their mean inflates what it gains, and none of them gains as much."""
-    monkeypatch.setattr(hearing, "beside_a_wander", lambda *_: None)
-    trial = _hearing(by_chance=by_chance, clean=clean).of(_standing(gain=gain))
+    monkeypatch.setattr(coloured_choice, "with_attitude_wander", lambda *_: None)
+    trial = _test(by_chance=by_chance, clean=clean).of(_fit(gain=gain))
     assert (trial.refusal, trial.coloured) == (refusal, not clean)
-    assert trial.turned is (
+    assert trial.attitude_suffices is (
         clean and not refusal
     )  # an error of the attitude is asked of what stands and leaves nothing
 
@@ -228,14 +234,14 @@ def test_a_window_gains_far_more_than_any_effect_of_the_whole_run(
     always: float, gain: float, far: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(Candidate, "columns", lambda *_: None)
-    rows = SimpleNamespace(taken=lambda columns: columns)
-    beside: Any = SimpleNamespace(rows=rows, standing=lambda one, columns: _standing(gain=one.gain))
-    assert bool(_far_better([_evidence(gain=gain)], [_standing(gain=always)], beside, _ground())) is far
+    rows = SimpleNamespace(bin=lambda columns: columns)
+    beside: Any = SimpleNamespace(rows=rows, fit_candidate=lambda one, columns: _fit(gain=one.gain))
+    assert bool(_stronger_in_window([_evidence(gain=gain)], [_fit(gain=always)], beside, _baseline())) is far
 
 
 def _told(trial: CandidateTrial, others: list[CandidateFit]) -> tuple[str, set[str]]:
     """What is named of a trial and others, and what it may be instead."""
-    found = _named(trial, [trial.one, *others], BESIDE)
+    found = _with_alternatives(trial, [trial.fit, *others], BESIDE)
     return found.name, set(found.alternatives)
 
 
@@ -273,19 +279,19 @@ def test_look_alikes_gain_as_much_but_for_chance_and_an_error_of_form(
     ) -> list[CandidateFit]:
         return [one for one in others if best.gain - one.gain < max(chance, share * best.gain)]
 
-    monkeypatch.setattr(hearing, "look_alikes", near)
-    trial = CandidateTrial(_standing(best, 1000.0), inflation, coloured, 0.0, "", turned)
-    name, alternatives = _told(trial, [_standing(other, gain)])
+    monkeypatch.setattr(coloured_choice, "look_alikes", near)
+    trial = CandidateTrial(_fit(best, 1000.0), inflation, coloured, 0.0, "", turned)
+    name, alternatives = _told(trial, [_fit(other, gain)])
     assert {name, *alternatives} == ({best.name, other.name} if alike else {best.name})
 
 
 def test_where_an_error_of_the_attitude_does_as_well_it_is_a_look_alike(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(hearing, "look_alikes", lambda *_: [])
+    monkeypatch.setattr(coloured_choice, "look_alikes", lambda *_: [])
     error = next(effect for effect in EFFECTS if effect.name in TURNS and effect is not RegionalField)
     ranking = [_evidence(), _evidence(error), _evidence(SoftIron)]
     for turned in (True, False):
-        one = _standing()
-        found = _chosen([CandidateTrial(one, 1.0, False, 0.0, "", turned)], [one], BESIDE, ranking)
+        one = _fit()
+        found = _accepted_effect([CandidateTrial(one, 1.0, False, 0.0, "", turned)], [one], BESIDE, ranking)
         assert found is not None
         assert found.alternatives == ((error.name,) if turned else ())
 
@@ -293,42 +299,42 @@ def test_where_an_error_of_the_attitude_does_as_well_it_is_a_look_alike(monkeypa
 def test_the_strongest_alone_is_asked_beside_another() -> None:
     asked: list[CandidateFit] = []
     refusing: Any = SimpleNamespace(
-        of=lambda one: CandidateTrial(one, 1.0, True, 0.0, NOT_ALONG),
-        stands_beside_another=lambda one, refusal: asked.append(one),
+        of=lambda one: CandidateTrial(one, 1.0, True, 0.0, NO_GAIN_ALONG_FIELD),
+        is_accepted_with_another=lambda one, refusal: asked.append(one),
     )
-    tried = [_standing(), _standing(MotorCurrent)]
-    trials = _until_one_stands(refusing, tried)
+    tried = [_fit(), _fit(MotorCurrent)]
+    trials = _run_trials(refusing, tried)
     assert asked == tried[:1]
-    assert _chosen(trials, tried, BESIDE, []) is None
+    assert _accepted_effect(trials, tried, BESIDE, []) is None
 
 
 def test_the_strongest_that_a_wander_does_better_than_is_tried_beside_another() -> None:
     """What is left of the other may look like a wander; each is refused by itself, the second and the third alike."""
     asked: list[CandidateFit] = []
-    tried = [_standing(), _standing(MotorCurrent), _standing(SoftIron)]
-    says = dict(zip(map(id, tried), ("less", WANDERS, WANDERS), strict=True))
+    tried = [_fit(), _fit(MotorCurrent), _fit(SoftIron)]
+    says = dict(zip(map(id, tried), ("less", ATTITUDE_WANDER, ATTITUDE_WANDER), strict=True))
     refusing: Any = SimpleNamespace(
         of=lambda one: CandidateTrial(one, 1.0, True, 0.0, says[id(one)]),
-        stands_beside_another=lambda one, refusal: asked.append(one),
+        is_accepted_with_another=lambda one, refusal: asked.append(one),
     )
-    assert _chosen(_until_one_stands(refusing, tried), tried, BESIDE, []) is None
+    assert _accepted_effect(_run_trials(refusing, tried), tried, BESIDE, []) is None
     assert asked == tried[1:2]
 
 
 def test_the_same_effect_again_is_no_other_beside_which_one_stands(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Candidate, "columns", lambda *_: None)
-    again = replace(_hearing(), beyond=lambda ground, one: Accepted(one, ()))
-    assert not again.stands_beside_another(_standing(), OF_MANY_SIZES)
+    again = replace(_test(), find_next=lambda baseline, one: AcceptedEffect(one, ()))
+    assert not again.is_accepted_with_another(_fit(), SIZE_DIFFERS)
 
 
 @pytest.mark.parametrize(
     ("one", "other", "refusal", "asked"),
     [
-        (RegionalField, FieldGradient, WANDERS, False),
-        (FieldGradient, RegionalField, NOT_ALONG, False),
-        (RegionalField, FieldGradient, OF_MANY_SIZES, True),
-        (RegionalField, MotorCurrent, WANDERS, True),
-        (MotorCurrent, RegionalField, WANDERS, True),
+        (RegionalField, FieldGradient, ATTITUDE_WANDER, False),
+        (FieldGradient, RegionalField, NO_GAIN_ALONG_FIELD, False),
+        (RegionalField, FieldGradient, SIZE_DIFFERS, True),
+        (RegionalField, MotorCurrent, ATTITUDE_WANDER, True),
+        (MotorCurrent, RegionalField, ATTITUDE_WANDER, True),
     ],
 )
 def test_two_of_the_field_are_no_witness_of_each_other_against_an_error_of_the_attitude(
@@ -336,7 +342,9 @@ def test_two_of_the_field_are_no_witness_of_each_other_against_an_error_of_the_a
 ) -> None:
     """They are pieces of its course; where one may be asked beside the other it is found to stand here."""
     monkeypatch.setattr(Candidate, "columns", lambda *_: None)
-    monkeypatch.setattr(hearing.Beside, "of", lambda *_: SimpleNamespace(standing=lambda *_: None))
+    monkeypatch.setattr(
+        coloured_choice.ColouredBaseline, "of", lambda *_: SimpleNamespace(fit_candidate=lambda *_: None)
+    )
     monkeypatch.setattr(CandidateTest, "of", lambda *_: SimpleNamespace(refusal=""))
-    heard = replace(_hearing(), beyond=lambda ground, _: Accepted(_evidence(other), ()))
-    assert heard.stands_beside_another(_standing(one), refusal) is asked
+    heard = replace(_test(), find_next=lambda baseline, _: AcceptedEffect(_evidence(other), ()))
+    assert heard.is_accepted_with_another(_fit(one), refusal) is asked

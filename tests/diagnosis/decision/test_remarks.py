@@ -12,18 +12,18 @@ from scipy.spatial.transform import Rotation
 
 from diagnosis.decision.remarks import (
     AXES,
+    axes_remark,
+    axis_permutation,
+    iron_remark,
     long_climb,
     long_track,
-    other_axes,
-    other_iron,
-    other_strength,
-    turned_axes,
-    turned_mount,
+    mount_remark,
+    strength_mismatch,
 )
 from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.result import Diagnosis, How
+from diagnosis.result import Diagnosis, EvidenceKind
 from diagnosis.verdict import Verdict
 from diagnosis.workflow import diagnose
 from recordings import Recording
@@ -56,9 +56,9 @@ def test_a_model_whose_iron_does_not_fit_is_told_so(off_nT: float, told: bool, a
     given = recording(hidden={"hard_iron": {"offset_nT": [off_nT, -off_nT, off_nT]}})
     posed = pose(given if attitude else without_attitude(given), FIELD_ENU_NT, STRENGTH_NT, ())
     found: Any = SimpleNamespace(problem=posed, named=())
-    assert any("its iron is another" in line for line in other_iron(found)) is told
-    found.named = (SimpleNamespace(how=How.IRON),)
-    assert not list(other_iron(found))
+    assert any("the iron has changed" in line for line in iron_remark(found)) is told
+    found.named = (SimpleNamespace(kind=EvidenceKind.IRON),)
+    assert not list(iron_remark(found))
 
 
 @pytest.mark.parametrize(
@@ -106,7 +106,7 @@ def _posed(hidden: dict[str, Any], *, stated: float, iron_known: bool = True) ->
 
 @pytest.mark.parametrize("hidden", [{}, CURRENT], ids=["alone", "beside a current"])
 def test_a_strength_that_is_two_percent_off_is_told_as_such(hidden: dict[str, Any]) -> None:
-    found = other_strength(_posed(hidden, stated=1.02))
+    found = strength_mismatch(_posed(hidden, stated=1.02))
     assert found is not None
     assert found.scale == pytest.approx(1 / 1.02, abs=2e-3)
     assert found.given_nT == pytest.approx(0.02 * STRENGTH_NT, rel=0.1)
@@ -114,11 +114,11 @@ def test_a_strength_that_is_two_percent_off_is_told_as_such(hidden: dict[str, An
 
 @pytest.mark.parametrize("hidden", [{}, CURRENT, {"hard_iron_drift": {"rate_nT_h": [500.0, 300.0, -200.0]}}])
 def test_a_right_strength_is_not_doubted(hidden: dict[str, Any]) -> None:
-    assert other_strength(_posed(hidden, stated=1.0)) is None
+    assert strength_mismatch(_posed(hidden, stated=1.0)) is None
 
 
 def test_without_the_models_iron_a_factor_cannot_be_told() -> None:
-    assert other_strength(_posed({}, stated=1.02, iron_known=False)) is None
+    assert strength_mismatch(_posed({}, stated=1.02, iron_known=False)) is None
 
 
 def _along(axes: list[list[float]], model: dict[str, Any]) -> Diagnosis:
@@ -139,23 +139,23 @@ def _mounted(turn_deg: list[float], hidden: dict[str, Any]) -> Diagnosis:
 
 def test_a_mount_that_is_turned_is_told_and_iron_that_differs_is_none() -> None:
     """`att_q` times Q: ``A R^T F = A Q (R Q)^T F``, so the field of the attitude's axes is turned by Q."""
-    (told,) = turned_mount(_mounted([1.5, -2.0, 3.0], {}))
-    assert "a turn of 3.91 degrees (1.50, \N{MINUS SIGN}2.00, 3.00 about" in told
+    (told,) = mount_remark(_mounted([1.5, -2.0, 3.0], {}))
+    assert "a rotation by 3.91 degrees (1.50, \N{MINUS SIGN}2.00, 3.00 about" in told
     other = {"soft_iron": {"matrix": [[0.05, -0.02, 0.01], [0.03, -0.03, 0.02], [-0.01, 0.04, 0.01]]}}
-    assert not list(turned_mount(_mounted([0.0, 0.0, 0.0], other)))
+    assert not list(mount_remark(_mounted([0.0, 0.0, 0.0], other)))
 
 
 def test_axes_of_another_frame_are_told_by_name() -> None:
-    (down,) = turned_axes(_along([[1, 0, 0], [0, -1, 0], [0, 0, -1]], {}))
+    (down,) = axes_remark(_along([[1, 0, 0], [0, -1, 0], [0, 0, -1]], {}))
     assert "lie along the body's x, -y, -z:" in down
-    (aside,) = turned_axes(_along([[0, -1, 0], [1, 0, 0], [0, 0, 1]], {}))
+    (aside,) = axes_remark(_along([[0, -1, 0], [1, 0, 0], [0, 0, 1]], {}))
     assert "lie along the body's -y, x, z:" in aside
 
 
 def test_axes_that_are_the_bodys_or_that_the_model_knows_are_not_told() -> None:
-    assert not list(turned_axes(_along([[1, 0, 0], [0, 1, 0], [0, 0, 1]], {})))
+    assert not list(axes_remark(_along([[1, 0, 0], [0, 1, 0], [0, 0, 1]], {})))
     installed = {"misalignment": {"angles_deg": [180.0, 0.0, 0.0]}}
-    assert not list(turned_axes(_along([[1, 0, 0], [0, -1, 0], [0, 0, -1]], installed)))
+    assert not list(axes_remark(_along([[1, 0, 0], [0, -1, 0], [0, 0, -1]], installed)))
 
 
 def _axes(swap: Array, tilt_rad: float, noise_nT: float = 0.0) -> str | None:
@@ -170,7 +170,7 @@ def _axes(swap: Array, tilt_rad: float, noise_nT: float = 0.0) -> str | None:
     slow_nT = noise_nT * np.sqrt(2) * np.sin(np.outer(t, [0.41, 0.37, 0.29]))
     white_nT = np.random.default_rng(0).normal(size=(len(t), 3))
     att_q = turn.as_quat(scalar_first=True)
-    return other_axes(pose(Recording(t, mag_nT + slow_nT + white_nT, att_q=att_q), FIELD_ENU_NT, STRENGTH_NT, ()))
+    return axis_permutation(pose(Recording(t, mag_nT + slow_nT + white_nT, att_q=att_q), FIELD_ENU_NT, STRENGTH_NT, ()))
 
 
 @pytest.mark.parametrize("tilt_rad", [0.5, 0.1])
@@ -187,7 +187,7 @@ def test_an_axis_that_is_not_shown_is_a_right_handed_sensors() -> None:
     for mirrored in (np.diag([1.0, -1.0, 1.0]), np.diag([1.0, -1.0, -1.0])):
         told = _axes(mirrored, 0.003)
         assert told is not None
-        assert told.startswith("x, -y, -z (or mirrored, or the attitude turns the other way")
+        assert told.startswith("x, -y, -z (or mirrored, or the attitude is inverted")
 
 
 def test_what_no_iron_explains_may_hide_a_sign() -> None:
@@ -217,4 +217,4 @@ def test_a_strength_is_another_where_iron_fitted_anew_leaves_a_tenth_less(noise_
     """Off by 100 nT beside so many times that in noise, which no iron takes up."""
     given = recording(noise_nT=100.0 * noise_share, hidden=IRON)
     posed = pose(without_attitude(given), None, STRENGTH_NT + 100.0, tuple(effect_table.build(IRON, None, "test")))
-    assert (other_strength(replace(posed, iron_known=True)) is not None) is told
+    assert (strength_mismatch(replace(posed, iron_known=True)) is not None) is told

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from diagnosis.decision import screening as first_look
-from diagnosis.decision.screening import Screening, one_of_each
+from diagnosis.decision.screening import Screening, best_of_each_name
 from diagnosis.policy import STANDARD
 
 
@@ -17,11 +17,11 @@ from diagnosis.policy import STANDARD
 def test_a_fuller_form_is_taken_from_the_start_where_it_gains_more_by_an_error_of_form(
     gains: tuple[float, float], kept: int
 ) -> None:
-    assert one_of_each(["one", "one", "another"], np.array([*gains, 50.0]), STANDARD) == [kept, 2]
+    assert best_of_each_name(["one", "one", "another"], np.array([*gains, 50.0]), STANDARD) == [kept, 2]
 
 
 def test_a_first_look_counts_what_is_gained_between_the_samples_of_a_row(monkeypatch: pytest.MonkeyPatch) -> None:
-    beside: Any = SimpleNamespace(roughly=lambda columns: np.array([3.0, 5.0]))
-    monkeypatch.setattr(first_look, "_in_rows", lambda *_: ([None, None], np.array([4.0, 0.0])))
+    coloured_baseline: Any = SimpleNamespace(screening_gains=lambda columns: np.array([3.0, 5.0]))
+    monkeypatch.setattr(first_look, "_binned", lambda *_: ([None, None], np.array([4.0, 0.0])))
     nothing: Any = None
-    assert list(Screening.of([nothing, nothing], beside, nothing).nats) == [7.0, 5.0]
+    assert list(Screening.of([nothing, nothing], coloured_baseline, nothing).nats) == [7.0, 5.0]

@@ -12,14 +12,14 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import butter, sosfilt, sosfilt_zi
 
 from diagnosis.decision.selection import (
-    _is_form,
+    _is_form_of_accepted,
     _with_earth_vector,
-    _with_kin,
-    names_of,
+    _with_look_alike,
+    effect_names,
     residual_tests,
     select,
 )
-from diagnosis.decision.white_choice import Accepted, _of_kin, accepted
+from diagnosis.decision.white_choice import AcceptedEffect, _select_in_family, accept_best
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.held_out import Evidence
 from diagnosis.evidence.residual_tests import ResidualTests
@@ -39,45 +39,45 @@ def _evidence(effect: type[Effect], gain: float, width: int = 3) -> Evidence:
     return Evidence(Candidate(effect), gain, 1.0, 1.0, 1.0, nothing, nothing, width)
 
 
-def _accepted(effect: type[Effect], strength: float) -> Accepted:
-    return Accepted(replace(_evidence(effect, 100.0), strength=strength), ())
+def _accepted(effect: type[Effect], strength: float) -> AcceptedEffect:
+    return AcceptedEffect(replace(_evidence(effect, 100.0), strength=strength), ())
 
 
 def test_nothing_is_accepted_on_too_little_evidence() -> None:
     least = STANDARD.accepted(len(EFFECTS))
-    assert accepted((), STANDARD) is None
-    assert accepted((_evidence(FIRST, 0.99 * least),), STANDARD) is None
-    assert accepted((_evidence(FIRST, 1.01 * least),), STANDARD) is not None
+    assert accept_best((), STANDARD) is None
+    assert accept_best((_evidence(FIRST, 0.99 * least),), STANDARD) is None
+    assert accept_best((_evidence(FIRST, 1.01 * least),), STANDARD) is not None
 
 
 def test_what_has_too_little_evidence_of_its_own_is_no_look_alike() -> None:
     gain = 1.01 * STANDARD.accepted(len(EFFECTS))
     for behind, alike in ((0.5, (SECOND.name,)), (0.98, ())):
         other = _evidence(SECOND, gain - behind * STANDARD.apart, 9)
-        chosen = accepted((_evidence(FIRST, gain), other), STANDARD)
+        chosen = accept_best((_evidence(FIRST, gain), other), STANDARD)
         assert chosen is not None
         assert chosen.alternatives == alike
 
 
 def test_of_one_kin_that_nearest_to_its_own_size_is_named() -> None:
     """A delay that must be scaled by a tenth is a low-pass, though it gains a little more."""
-    several: Any = [SimpleNamespace(name=name, gain=100.0 + more, off_size=off) for name, more, off in KIN]
-    assert _of_kin(several, STANDARD).name == "bandwidth"
+    several: Any = [SimpleNamespace(name=name, gain=100.0 + more, scale_error=off) for name, more, off in KIN]
+    assert _select_in_family(several, STANDARD).name == "bandwidth"
 
 
 @pytest.mark.parametrize(("off", "name"), [(0.005, "latency"), (0.02, "bandwidth")])
 def test_of_one_kin_and_nearly_one_size_the_chain_s_last_is_named(off: float, name: str) -> None:
     several: Any = [
-        SimpleNamespace(name=one, gain=100.0, off_size=by) for one, by in (("bandwidth", 0.0), ("latency", off))
+        SimpleNamespace(name=one, gain=100.0, scale_error=by) for one, by in (("bandwidth", 0.0), ("latency", off))
     ]
-    assert _of_kin(several, STANDARD).name == name
+    assert _select_in_family(several, STANDARD).name == name
 
 
 def test_of_those_that_are_not_told_apart_the_simplest_is_accepted() -> None:
     gain = 100 * STANDARD.accepted(len(EFFECTS))
     wide, narrow = _evidence(FIRST, gain, 9), _evidence(SECOND, gain - STANDARD.apart / 2, 3)
     behind = _evidence(THIRD, gain - 2 * STANDARD.apart, 1)
-    chosen = accepted((wide, narrow, behind), STANDARD)
+    chosen = accept_best((wide, narrow, behind), STANDARD)
     assert chosen is not None
     assert (chosen.name, chosen.alternatives) == (SECOND.name, (FIRST.name,))
 
@@ -89,7 +89,7 @@ def test_of_two_that_are_the_same_the_chain_s_first_is_accepted() -> None:
         ranking = sorted(
             (_evidence(BY_NAME[last], gain + more), _evidence(BY_NAME[first], gain)), key=lambda e: -e.gain
         )
-        chosen = accepted(ranking, STANDARD)
+        chosen = accept_best(ranking, STANDARD)
         assert chosen is not None
         assert chosen.name == first
 
@@ -98,7 +98,7 @@ def test_of_two_that_are_the_same_the_chain_s_first_is_accepted() -> None:
 def test_two_are_the_same_within_a_millionth(apart: float, same: bool) -> None:
     gain = 100 * STANDARD.accepted(len(EFFECTS))
     first, last = sorted((FIRST.name, SECOND.name), key=list(BY_NAME).index)
-    chosen = accepted((_evidence(BY_NAME[last], gain * (1 + apart)), _evidence(BY_NAME[first], gain)), STANDARD)
+    chosen = accept_best((_evidence(BY_NAME[last], gain * (1 + apart)), _evidence(BY_NAME[first], gain)), STANDARD)
     assert chosen is not None
     assert (chosen.name == first) is same
 
@@ -110,7 +110,7 @@ def test_what_says_that_it_is_another_is_named_after_it(effect: type[Effect]) ->
     assert list(BY_NAME).index(other.name) < list(BY_NAME).index(effect.name)
     for more in (-0.3, 0.3):
         both = sorted((_evidence(effect, 2000.0 + more), _evidence(other, 2000.0)), key=lambda e: -e.gain)
-        chosen = accepted(both, STANDARD)
+        chosen = accept_best(both, STANDARD)
         assert chosen is not None
         assert (chosen.name, chosen.alternatives) == (other.name, (effect.name,))
 
@@ -118,9 +118,9 @@ def test_what_says_that_it_is_another_is_named_after_it(effect: type[Effect]) ->
 @pytest.mark.parametrize(("effect", "share"), [(SECOND, 0.15), (FIRST, 0.35)])
 def test_a_much_smaller_effect_is_the_form_of_the_first(effect: type[Effect], share: float) -> None:
     first = _accepted(FIRST, 10.0)
-    assert _is_form(_accepted(effect, 9.0 * share), [first], [], STANDARD)
-    assert not _is_form(_accepted(effect, 11.0 * share), [first], [], STANDARD)
-    assert not _is_form(first, [], [], STANDARD)
+    assert _is_form_of_accepted(_accepted(effect, 9.0 * share), [first], [], STANDARD)
+    assert not _is_form_of_accepted(_accepted(effect, 11.0 * share), [first], [], STANDARD)
+    assert not _is_form_of_accepted(first, [], [], STANDARD)
 
 
 def test_a_constant_vector_of_the_earth_s_frame_is_no_clean_rest() -> None:
@@ -147,8 +147,11 @@ def test_a_wander_that_the_model_states_is_a_clean_rest() -> None:
 def test_what_one_of_its_kin_takes_is_the_form_of_the_first() -> None:
     one, other = [effect for effect in EFFECTS if effect.traits.family][:2]
     first, second = _accepted(one, 10.0), _accepted(other, 9.0)
-    assert _is_form(second, [first], [], STANDARD)
-    assert [found.alternatives for found in _with_kin([first, _accepted(FIRST, 3.0)], second)] == [(other.name,), ()]
+    assert _is_form_of_accepted(second, [first], [], STANDARD)
+    assert [found.alternatives for found in _with_look_alike([first, _accepted(FIRST, 3.0)], second)] == [
+        (other.name,),
+        (),
+    ]
 
 
 @pytest.mark.parametrize(("cutoff_hz", "order"), [(1.0, 2), (2.0, 3)])
@@ -161,7 +164,7 @@ def test_a_low_pass_of_another_order_is_one_class_of_look_alikes(cutoff_hz: floa
     start = sosfilt_zi(sos)
     late = np.stack([sosfilt(sos, x, zi=start * x[0])[0][::8] for x in field.T], axis=1)
     noise = np.random.default_rng(1).normal(size=late.shape)
-    found = select(problem(replace(given, mag_nT=late + noise * 40.0))).found
+    found = select(problem(replace(given, mag_nT=late + noise * 40.0))).accepted
     assert len(found) == 1
     assert {found[0].name, *found[0].alternatives} >= {"latency", "bandwidth"}
 
@@ -170,8 +173,8 @@ def test_a_low_pass_of_another_order_is_one_class_of_look_alikes(cutoff_hz: floa
 def test_what_only_a_conductor_of_seconds_would_explain_is_no_eddy_current(seconds: float, named: bool) -> None:
     given = recording(1500, noise_nT=20.0)
     hidden = seconds * problem(given).state.field_rate_nT_s * np.array([1.0, -0.3, 0.6])
-    found = select(problem(replace(given, mag_nT=given.mag_nT + hidden))).found
-    assert ("eddy_current" in names_of(found)) is named
+    found = select(problem(replace(given, mag_nT=given.mag_nT + hidden))).accepted
+    assert ("eddy_current" in effect_names(found)) is named
 
 
 def test_what_is_in_is_settled_anew_beside_the_next() -> None:
@@ -180,5 +183,5 @@ def test_what_is_in_is_settled_anew_beside_the_next() -> None:
     jump = {"time_s": 180.0, "step_nT": [6.0, -4.8, 3.6]}
     hidden = {"field_gradient": {**gradient, "origin_enu_m": [15.0, -10.0, 3.0]}, "offset_jump": jump}
     selection = select(problem(n=2500, hidden=hidden))
-    assert {one.name for one in selection.found} == set(hidden)
+    assert {one.name for one in selection.accepted} == set(hidden)
     assert selection.after.clean

@@ -12,13 +12,13 @@ from diagnosis.decision import verdict_rules as judgement
 from diagnosis.decision.verdict_rules import (
     VerdictInput,
     at_its_bounds,
-    channel_is_left,
+    channel_in_residual,
     doubts_of,
-    motion_is_left,
+    motion_in_residual,
     verdict_of,
 )
-from diagnosis.evidence.localise import Share
-from diagnosis.result import GapSize, How, Named
+from diagnosis.evidence.localise import ChannelShare
+from diagnosis.result import EvidenceKind, GapSize, NamedEffect
 from diagnosis.verdict import Verdict
 from sim.effects import EFFECTS
 from sim.effects.iron import HardIron, SoftIron
@@ -76,8 +76,8 @@ def _still_driven(share: float) -> VerdictInput:
     current = POSED.state.current_A[:, 0] - POSED.state.current_A[:, 0].mean()
     noise = np.random.default_rng(0).normal(size=POSED.target.shape)
     left = noise * 1e-3 + np.sqrt(share) * (current / current.std())[:, None]
-    where = (Share("current_1_A", "body", 0.9),)
-    return case_of(FOUND, clean=False, explained=0.7, where=where, left=left)
+    where = (ChannelShare("current_1_A", "body", 0.9),)
+    return case_of(FOUND, clean=False, explained=0.7, where=where, residual=left)
 
 
 @pytest.mark.parametrize(("nats", "explained", "verdict"), [
@@ -100,23 +100,28 @@ def test_beside_noise_a_sure_name_stands_however_little_it_explains(
 
 
 def test_a_name_after_which_the_channel_is_still_there_only_resembles_the_cause() -> None:
-    assert channel_is_left(_still_driven(1.0)) == "what is left still goes with current_1_A"
+    assert channel_in_residual(_still_driven(1.0)) == "the residual still follows current_1_A"
     assert doubts_of(_still_driven(1.0), Verdict.PARTIAL)
-    assert channel_is_left(replace(_still_driven(1.0), left=np.random.default_rng(1).normal(size=(4000, 3)))) is None
-    assert channel_is_left(replace(_still_driven(1.0), gap=replace(GAP, explained=0.99))) is None
-    assert channel_is_left(replace(_still_driven(1.0), where=())) is None
+    assert (
+        channel_in_residual(replace(_still_driven(1.0), residual=np.random.default_rng(1).normal(size=(4000, 3))))
+        is None
+    )
+    assert channel_in_residual(replace(_still_driven(1.0), gap=replace(GAP, explained=0.99))) is None
+    assert channel_in_residual(replace(_still_driven(1.0), where=())) is None
 
 
 def test_any_channel_but_the_first_must_be_left_well_beyond_time() -> None:
     kept = _still_driven(1.0)
     slow = np.sin(0.02 * POSED.state.time_s)[:, None] * np.ones(3)
-    near = replace(kept, gap=replace(GAP, explained=0.0), left=kept.left + 1.7 * slow)
-    first, second = Share("rate_x", "body", 0.65), Share("current_1_A", "body", 0.65)
-    assert channel_is_left(replace(near, where=(second, first))) == "what is left still goes with current_1_A"
-    assert channel_is_left(replace(near, where=(first, second))) is None
-    assert channel_is_left(replace(kept, where=(first, second))) == "what is left still goes with current_1_A"
-    little = Share("current_1_A", "body", 0.3)  # of the gap goes with it, of what is left much more: it did not lead
-    assert channel_is_left(replace(kept, where=(first, little))) is None
+    near = replace(kept, gap=replace(GAP, explained=0.0), residual=kept.residual + 1.7 * slow)
+    first, second = ChannelShare("rate_x", "body", 0.65), ChannelShare("current_1_A", "body", 0.65)
+    assert channel_in_residual(replace(near, where=(second, first))) == "the residual still follows current_1_A"
+    assert channel_in_residual(replace(near, where=(first, second))) is None
+    assert channel_in_residual(replace(kept, where=(first, second))) == "the residual still follows current_1_A"
+    little = ChannelShare(
+        "current_1_A", "body", 0.3
+    )  # of the gap goes with it, of what is left much more: it did not lead
+    assert channel_in_residual(replace(kept, where=(first, little))) is None
 
 
 def test_what_acts_while_a_motion_is_on_and_leaves_more_of_it_is_a_piece_of_its_course() -> None:
@@ -128,22 +133,25 @@ def test_what_acts_while_a_motion_is_on_and_leaves_more_of_it_is_a_piece_of_its_
     time_s = POSED.state.time_s
     acts = replace(FOUND, effect=SoftIron(active_s=(time_s[on][0], time_s[on][-1])))
     left = (on * np.sin(np.arange(n) / 90.0))[:, None] * np.ones(3)
-    leads = Share("rate", "body", 0.7)
-    case = case_of(acts, clean=False, problem=replace(POSED, state=state), where=(leads,), left=left)
-    assert motion_is_left(case) == "acts while rate is on, and what is left goes with that too"
-    assert motion_is_left(case) in doubts_of(case, Verdict.PARTIAL)
-    assert motion_is_left(replace(case, where=(Share("pitch", "body", 0.8), leads))) is None
-    assert motion_is_left(replace(case, left=0 * left)) is None
-    assert motion_is_left(replace(case, named=(FOUND,))) is None
+    leads = ChannelShare("rate", "body", 0.7)
+    case = case_of(acts, clean=False, problem=replace(POSED, state=state), where=(leads,), residual=left)
+    assert motion_in_residual(case) == "acts while rate is on, and the residual follows it too"
+    assert motion_in_residual(case) in doubts_of(case, Verdict.PARTIAL)
+    assert motion_in_residual(replace(case, where=(ChannelShare("pitch", "body", 0.8), leads))) is None
+    assert motion_in_residual(replace(case, residual=0 * left)) is None
+    assert motion_in_residual(replace(case, named=(FOUND,))) is None
     shorter = replace(acts, effect=SoftIron(active_s=(time_s[on][0], time_s[n // 2])))
-    assert motion_is_left(replace(case, named=(shorter,))) is None
+    assert motion_in_residual(replace(case, named=(shorter,))) is None
 
 
 def test_what_goes_with_time_as_well_speaks_against_no_name() -> None:
     slow = np.sin(0.02 * POSED.state.time_s)[:, None] * np.ones(3)
-    assert channel_is_left(case_of(FOUND, explained=0.7, where=(Share("time_s", "body", 0.9),), left=slow)) is None
+    assert (
+        channel_in_residual(case_of(FOUND, explained=0.7, where=(ChannelShare("time_s", "body", 0.9),), residual=slow))
+        is None
+    )
     current = _still_driven(1.0)
-    assert channel_is_left(replace(current, left=current.left + 9 * slow)) is None
+    assert channel_in_residual(replace(current, residual=current.residual + 9 * slow)) is None
 
 
 def test_a_channel_that_only_rises_speaks_against_no_name() -> None:
@@ -151,12 +159,14 @@ def test_a_channel_that_only_rises_speaks_against_no_name() -> None:
     part = POSED.state.time_s / POSED.state.time_s[-1]
     sags = 12 - part - 0.02 * np.sin(90 * part)
     left = np.sin(20 * sags)[:, None] * np.ones(3)
-    where = (Share("supply_V", "body", 0.9),)
-    case = case_of(FOUND, clean=False, explained=0.5, where=where, left=left)
-    assert channel_is_left(replace(case, problem=problem(replace(recording(), channels={"supply_V": sags})))) is None
+    where = (ChannelShare("supply_V", "body", 0.9),)
+    case = case_of(FOUND, clean=False, explained=0.5, where=where, residual=left)
+    assert (
+        channel_in_residual(replace(case, problem=problem(replace(recording(), channels={"supply_V": sags})))) is None
+    )
     periodic = np.sin(90 * part)
     driven = replace(recording(), channels={"supply_V": periodic})
-    assert channel_is_left(replace(case, problem=problem(driven), left=periodic[:, None] * np.ones(3)))
+    assert channel_in_residual(replace(case, problem=problem(driven), residual=periodic[:, None] * np.ones(3)))
 
 
 def test_verdicts_that_leave_nothing_are_not_doubted() -> None:
@@ -204,8 +214,8 @@ def test_iron_that_follows_a_channel_leaves_half_of_what_names_leave(
 ) -> None:
     found = SimpleNamespace(share=share, channel="depth")
     monkeypatch.setattr(judgement, "unnamed_channels", lambda case: {"depth"})
-    monkeypatch.setattr(judgement, "iron_follows", lambda ground, asked: found)
-    case = case_of(FOUND, clean=False, explained=0.6, where=(Share("depth", "body", 0.9),))
+    monkeypatch.setattr(judgement, "find_followed_channel", lambda baseline, asked: found)
+    case = case_of(FOUND, clean=False, explained=0.6, where=(ChannelShare("depth", "body", 0.9),))
     assert (judgement.iron_follows_a_channel(case) is not None) is doubted
 
 
@@ -217,12 +227,12 @@ def test_a_channel_keeps_a_quarter_of_its_share_where_a_name_is_wrong(
     first: tuple[float, float], other: tuple[float, float], kept: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The first, and one of at least half its share; (share of the gap, of what is left)."""
-    left = [Share("lead", "body", first[1]), Share("beside", "body", other[1])]
+    left = [ChannelShare("lead", "body", first[1]), ChannelShare("beside", "body", other[1])]
     monkeypatch.setattr(judgement, "localise", lambda *_: left)
-    monkeypatch.setattr(judgement, "channels_of_time", lambda _: set())
-    where = (Share("lead", "body", first[0]), Share("beside", "body", other[0]))
-    told = channel_is_left(case_of(FOUND, clean=False, explained=0.0, where=where))
-    assert (told or "").removeprefix("what is left still goes with ") == kept
+    monkeypatch.setattr(judgement, "monotone_channels", lambda _: set())
+    where = (ChannelShare("lead", "body", first[0]), ChannelShare("beside", "body", other[0]))
+    told = channel_in_residual(case_of(FOUND, clean=False, explained=0.0, where=where))
+    assert (told or "").removeprefix("the residual still follows ") == kept
 
 
 def test_the_size_of_a_gap_is_a_share_of_its_excess_over_the_noise() -> None:
@@ -235,7 +245,7 @@ def test_the_size_of_a_gap_is_a_share_of_its_excess_over_the_noise() -> None:
 
 def test_a_leading_name_at_the_ends_of_what_it_can_be_is_doubted() -> None:
     cls = next(effect for effect in EFFECTS if effect.name == "hysteresis")
-    loop = Named(cls(gain=(0.01, -1.0, 0.0), threshold_nT=500.0), (), How.HELD_OUT, 50.0, 20.0)
+    loop = NamedEffect(cls(gain=(0.01, -1.0, 0.0), threshold_nT=500.0), (), EvidenceKind.HELD_OUT, 50.0, 20.0)
     beside = replace(FOUND, strength=21.0)
     assert "hysteresis would have to be larger" in doubts_of(case_of(loop, beside, clean=False), Verdict.PARTIAL)[0]
     small = replace(loop, strength=1.0)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from diagnosis.evidence.active_parts import ActivePart, Part, largest, parts_of
+from diagnosis.evidence.active_parts import ActivePart, GapPart, largest_part, split_by_power
 from diagnosis.policy import STANDARD
 from tests.diagnosis.synthetic import problem, recording, without_attitude
 
@@ -24,17 +24,17 @@ def _noise(n: int, seed: int = 2):  # type: ignore[no-untyped-def]
 
 def test_white_noise_is_one_part(posed) -> None:  # type: ignore[no-untyped-def]
     n = len(posed.state)
-    counts = [len(parts_of(posed, _noise(n, seed))) for seed in range(30)]
+    counts = [len(split_by_power(posed, _noise(n, seed))) for seed in range(30)]
     assert counts.count(1) >= 28
-    assert largest(parts_of(posed, 2 * _noise(n)), STANDARD) is None
+    assert largest_part(split_by_power(posed, 2 * _noise(n)), STANDARD) is None
 
 
 def test_a_part_with_twice_the_noise_is_found_within_a_cell(posed) -> None:  # type: ignore[no-untyped-def]
     n = len(posed.state)
     residual = _noise(n)
     residual[1000:1800] *= 2.0
-    parts = parts_of(posed, residual)
-    part = largest(parts, STANDARD)
+    parts = split_by_power(posed, residual)
+    part = largest_part(parts, STANDARD)
     assert part is not None
     assert np.abs(np.subtract([part.stretch.from_s, part.stretch.to_s], [100.0, 180.0])).max() < 400.0 / 60
     assert part.rms_sigma == pytest.approx(2.0, rel=0.05)
@@ -59,7 +59,7 @@ def test_a_stretch_says_its_phases_and_a_steady_compass_heading() -> None:
 def test_a_burst_is_no_part(posed) -> None:  # type: ignore[no-untyped-def]
     residual = _noise(len(posed.state))
     residual[1000:1040] *= 10.0
-    assert min(one.stretch.share for one in parts_of(posed, residual)) >= STANDARD.least_part
+    assert min(one.stretch.share for one in split_by_power(posed, residual)) >= STANDARD.least_part
 
 
 @pytest.mark.parametrize(("louder", "share"), [(200, 0.05), (80, 0.04)])
@@ -67,7 +67,7 @@ def test_a_part_is_a_twenty_fifth_of_the_run_at_least(posed, louder: int, share:
     """What is louder for less has its part in quiet."""
     residual = _noise(len(posed.state))
     residual[1000 : 1000 + louder] *= 5.0
-    part = largest(parts_of(posed, residual), STANDARD)
+    part = largest_part(split_by_power(posed, residual), STANDARD)
     assert part is not None
     assert part.stretch.share == pytest.approx(share, abs=0.009)
 
@@ -83,7 +83,7 @@ def test_samples_left_out_change_no_size(posed, some: float) -> None:  # type: i
     """Of half of the run a share is there."""
     n = len(posed.state)
     there = (np.random.default_rng(1).random(n) < some) | (np.arange(n) >= n / 2)
-    parts = parts_of(replace(posed, usable=there.astype(float)), _noise(n) * there[:, None])
+    parts = split_by_power(replace(posed, usable=there.astype(float)), _noise(n) * there[:, None])
     assert [one.rms_sigma for one in parts] == pytest.approx([1.0], rel=0.03)
 
 
@@ -91,7 +91,7 @@ def test_a_run_of_few_samples_may_have_no_part(posed) -> None:  # type: ignore[n
     n = len(posed.state)
     for first, whole in ((n - 200, 1.0), (n - 20, 0.0)):
         there = np.arange(n) >= first
-        parts = parts_of(replace(posed, usable=there.astype(float)), _noise(n) * there[:, None])
+        parts = split_by_power(replace(posed, usable=there.astype(float)), _noise(n) * there[:, None])
         assert sum(one.stretch.share for one in parts) == pytest.approx(whole)
 
 
@@ -108,5 +108,5 @@ def test_a_run_of_few_samples_may_have_no_part(posed) -> None:  # type: ignore[n
 )
 def test_a_part_is_far_larger_by_its_power_beyond_the_noise(sizes, far) -> None:  # type: ignore[no-untyped-def]
     """Over that of the rest, each part by its length; what is next to nothing is not divided by."""
-    parts = tuple(Part(ActivePart(0.0, 1.0, share, None, None), size, size) for size, share in sizes)
-    assert (largest(parts, STANDARD) is parts[0]) is far
+    parts = tuple(GapPart(ActivePart(0.0, 1.0, share, None, None), size, size) for size, share in sizes)
+    assert (largest_part(parts, STANDARD) is parts[0]) is far

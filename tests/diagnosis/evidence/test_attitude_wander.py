@@ -10,11 +10,11 @@ import pytest
 from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation
 
-from diagnosis.evidence.attitude_wander import a_wander_does_better, beside_a_wander
+from diagnosis.evidence.attitude_wander import attitude_wander_explains_more, with_attitude_wander
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.candidate_test import CandidateFit, ColouredBaseline
-from diagnosis.evidence.held_out import judge
-from diagnosis.library.candidates import proposed
+from diagnosis.evidence.held_out import judge_candidate
+from diagnosis.library.candidates import propose_candidates
 from diagnosis.policy import STANDARD
 from diagnosis.problem.linear import LinearProblem
 from tests.diagnosis.synthetic import problem, recording, without_attitude
@@ -34,12 +34,14 @@ def _posed(seed: int, wander_deg: float, turn_deg: float = 0.0, hidden: dict[str
 
 
 def _asked(name: str, posed: LinearProblem) -> tuple[CandidateFit, ColouredBaseline]:
-    evidence = judge(Baseline.of(posed), proposed(posed)[name])
-    beside = ColouredBaseline.of(posed, ())
-    wander = beside_a_wander(beside, posed)
+    evidence = judge_candidate(Baseline.of(posed), propose_candidates(posed)[name])
+    coloured_baseline = ColouredBaseline.of(posed, ())
+    wander = with_attitude_wander(coloured_baseline, posed)
     assert evidence is not None
     assert wander is not None
-    return beside.standing(evidence, beside.rows.taken(evidence.candidate.columns(posed))), wander
+    return coloured_baseline.fit_candidate(
+        evidence, coloured_baseline.rows.bin(evidence.candidate.columns(posed))
+    ), wander
 
 
 @pytest.mark.parametrize("seed", [4, 5, 6])
@@ -47,29 +49,29 @@ def test_the_mean_of_an_attitude_that_wanders_is_no_constant_turn_of_it(seed: in
     """Beside a rest of the sensor's axes it is one by many nats."""
     one, wander = _asked("attitude_misalignment", _posed(seed, 0.02))
     assert one.gain > 2 * STANDARD.coloured_nats
-    assert a_wander_does_better(one, wander, STANDARD.coloured_nats)
+    assert attitude_wander_explains_more(one, wander, STANDARD.coloured_nats)
 
 
 @pytest.mark.parametrize(("wander_deg", "turn_deg"), [(0.0, 0.02), (0.004, 0.1)])
 def test_a_constant_turn_stands_with_a_small_wander_and_without(wander_deg: float, turn_deg: float) -> None:
     one, wander = _asked("attitude_misalignment", _posed(1, wander_deg, turn_deg))
-    assert not a_wander_does_better(one, wander, STANDARD.coloured_nats)
+    assert not attitude_wander_explains_more(one, wander, STANDARD.coloured_nats)
 
 
 def test_what_a_wander_does_not_take_up_stands_beside_it() -> None:
     """Though the wander is by far the larger part."""
     one, wander = _asked("motor_current", _posed(1, 0.02, hidden=DRIVEN))
-    assert wander.poorer.whole > one.hypothesis.whole + STANDARD.apart
-    assert not a_wander_does_better(one, wander, STANDARD.coloured_nats)
+    assert wander.hypothesis.log_likelihood > one.hypothesis.log_likelihood + STANDARD.apart
+    assert not attitude_wander_explains_more(one, wander, STANDARD.coloured_nats)
 
 
 def test_what_is_gained_between_the_samples_of_a_row_counts() -> None:
     one, wander = _asked("attitude_misalignment", _posed(1, 0.02))
-    assert not a_wander_does_better(replace(one, within=1e3), wander, STANDARD.coloured_nats)
+    assert not attitude_wander_explains_more(replace(one, within=1e3), wander, STANDARD.coloured_nats)
 
 
 def test_without_attitude_there_is_no_wander_to_ask_for() -> None:
     posed = problem(without_attitude(recording(600)))
-    assert beside_a_wander(ColouredBaseline.of(posed, ()), posed) is None
+    assert with_attitude_wander(ColouredBaseline.of(posed, ()), posed) is None
     one, _ = _asked("attitude_misalignment", _posed(1, 0.02))
-    assert not a_wander_does_better(one, None, STANDARD.coloured_nats)
+    assert not attitude_wander_explains_more(one, None, STANDARD.coloured_nats)

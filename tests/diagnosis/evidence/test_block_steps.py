@@ -8,7 +8,7 @@ from scipy.linalg import toeplitz
 from scipy.optimize import brentq
 from scipy.stats import chi2, multivariate_normal
 
-from diagnosis.evidence.block_steps import Steps, drawn_at_random
+from diagnosis.evidence.block_steps import Steps, is_random
 from diagnosis.policy import STANDARD
 from scenarios.arrays import Array
 
@@ -65,14 +65,14 @@ def test_a_walk_is_more_likely_than_white_noise_where_it_is_one() -> None:
 
 def test_random_innovations_pass_and_jumps_courses_and_swings_do_not() -> None:
     rng = np.random.default_rng(3)
-    passed = [drawn_at_random(rng.normal(size=(200, 3)), STANDARD) for _ in range(200)]
+    passed = [is_random(rng.normal(size=(200, 3)), STANDARD) for _ in range(200)]
     assert np.mean(passed) > 0.97
     z = rng.normal(size=(200, 3))
     jump, course = z.copy(), z.copy()
     jump[100] += 9.0
     course[50:114] += 1.0
     swing = z + 1.5 * np.sin(2 * np.pi * np.arange(200) / 12)[:, None]
-    assert not any(drawn_at_random(one, STANDARD) for one in (jump, course, swing))
+    assert not any(is_random(one, STANDARD) for one in (jump, course, swing))
 
 
 def _drawn(jump: float = 0.0, follows: float = 0.0) -> Array:
@@ -86,7 +86,7 @@ def _drawn(jump: float = 0.0, follows: float = 0.0) -> Array:
 
 @pytest.mark.parametrize(("jump", "random"), [(4.6, True), (5.6, False)])
 def test_a_lone_jump_of_five_sigma_is_none_that_chance_draws(jump: float, random: bool) -> None:
-    assert drawn_at_random(_drawn(jump), STANDARD) is random
+    assert is_random(_drawn(jump), STANDARD) is random
 
 
 @pytest.mark.parametrize(("chance", "random"), [(2e-3, True), (5e-4, False)])
@@ -99,7 +99,7 @@ def test_innovations_correlate_by_chance_once_in_a_thousand(chance: float, rando
         squares = sum(float(z[lag:] @ z[:-lag]) ** 2 / (len(z) - lag) for lag in range(1, 9))
         return float(chi2.sf(squares, 8))
 
-    assert drawn_at_random(_drawn(follows=float(brentq(lambda x: odds(x) - chance, 0.05, 0.6))), STANDARD) is random
+    assert is_random(_drawn(follows=float(brentq(lambda x: odds(x) - chance, 0.05, 0.6))), STANDARD) is random
 
 
 @pytest.mark.parametrize(("n", "block_s"), [(10_000, 5.0), (1_000, 2.5), (100_000, 25.0)])

@@ -7,15 +7,16 @@ from typing import Any
 import pytest
 
 from diagnosis.evidence.candidate_result import (
-    AND_NO_MORE,
     BEHIND,
+    HARDLY_MORE,
+    INDISTINGUISHABLE,
     NAMED,
     SMALL_SHARE,
-    TAKEN_BACK,
     TOO_LITTLE,
+    WITHDRAWN,
     CandidateResult,
-    taken_back,
     with_outcomes,
+    withdraw_names,
 )
 from diagnosis.evidence.held_out import Evidence
 from diagnosis.library.candidates import Candidate
@@ -42,19 +43,19 @@ def test_every_candidate_learns_what_came_of_it() -> None:
     ]
     told = {one.name: one.outcome for one in with_outcomes(judged, BEST.name, (ALIKE.name,))}
     assert list(told) == [REFUSED.name, BEST.name, ALIKE.name, WEAKER.name, LEAST.name]
-    assert list(told.values()) == ["next to nothing", NAMED, f"not told from {BEST.name}", BEHIND, TOO_LITTLE]
+    assert list(told.values()) == ["next to nothing", NAMED, f"{INDISTINGUISHABLE} {BEST.name}", BEHIND, TOO_LITTLE]
 
 
 @pytest.mark.parametrize(
-    ("nats", "outcome", "told"), [(40.0, "", AND_NO_MORE), (40.0, "odd", "odd"), (3.0, "", TOO_LITTLE)]
+    ("nats", "outcome", "told"), [(40.0, "", HARDLY_MORE), (40.0, "odd", "odd"), (3.0, "", TOO_LITTLE)]
 )
 def test_what_makes_the_name_too_is_that_and_no_more(nats: float, outcome: str, told: str) -> None:
     richer = next(effect for effect in EFFECTS if effect.traits.contains)
     one, _ = with_outcomes([_judged(0, nats, outcome, richer), _judged(0, 1.0)], richer.traits.contains[0], ())
-    assert one.outcome.endswith(told)
+    assert one.outcome.startswith(told)
 
 
 def test_a_name_that_is_not_believed_is_said_to_be_taken_back() -> None:
     judged = with_outcomes([_judged(0, 99.0), _judged(1, 98.0), _judged(4, 3.0)], BEST.name, (ALIKE.name,))
-    assert [one.outcome for one in taken_back(judged, ())] == 2 * [TAKEN_BACK + SMALL_SHARE] + [TOO_LITTLE]
-    assert taken_back(judged, ("a channel is left",))[0].outcome == TAKEN_BACK + "a channel is left"
+    assert [one.outcome for one in withdraw_names(judged, ())] == 2 * [WITHDRAWN + SMALL_SHARE] + [TOO_LITTLE]
+    assert withdraw_names(judged, ("a channel is left",))[0].outcome == WITHDRAWN + "a channel is left"

@@ -9,8 +9,8 @@ import pytest
 
 from diagnosis.decision.verdict_rules import doubts_of, iron_follows_a_channel, unnamed_channels, verdict_of
 from diagnosis.evidence.baseline import Baseline
-from diagnosis.evidence.channel_following import iron_follows
-from diagnosis.evidence.localise import Share
+from diagnosis.evidence.channel_following import find_followed_channel
+from diagnosis.evidence.localise import ChannelShare
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.verdict import Verdict
 from recordings.channels import TEMPERATURE, current_name
@@ -30,14 +30,14 @@ def warm() -> LinearProblem:
 
 
 def test_of_several_channels_the_one_is_found_that_the_iron_follows(warm: LinearProblem) -> None:
-    found = iron_follows(Baseline.of(warm), (TEMPERATURE, current_name(1), current_name(2)))
+    found = find_followed_channel(Baseline.of(warm), (TEMPERATURE, current_name(1), current_name(2)))
     assert found is not None
     assert found.channel == TEMPERATURE
     assert found.share > 0.9
-    other = iron_follows(Baseline.of(warm), (current_name(1),))
+    other = find_followed_channel(Baseline.of(warm), (current_name(1),))
     assert other is not None
     assert other.share < 0.3
-    assert iron_follows(Baseline.of(warm), ()) is None
+    assert find_followed_channel(Baseline.of(warm), ()) is None
 
 
 @pytest.mark.parametrize("way", ["late", "squared"])
@@ -47,19 +47,19 @@ def test_a_channel_is_followed_late_and_with_its_powers(way: str) -> None:
     swing = given.current_A[:, :1] - 2
     course = first_order_lag(swing, 3.0, 1 / HZ, {}) if way == "late" else swing**2
     posed = problem(replace(given, mag_nT=given.mag_nT * (1 + 1e-3 * course * [1.0, -0.6, 0.8])))
-    found = iron_follows(Baseline.of(posed), (current_name(1),))
+    found = find_followed_channel(Baseline.of(posed), (current_name(1),))
     assert found is not None
     assert found.share > 0.7
 
 
 def test_the_strength_alone_has_no_axes_of_which_one_follows() -> None:
     posed = problem(without_attitude(recording(500)))
-    assert iron_follows(Baseline.of(posed), (TEMPERATURE,)) is None
+    assert find_followed_channel(Baseline.of(posed), (TEMPERATURE,)) is None
 
 
 @pytest.mark.parametrize(("explained", "doubted"), [(0.4, True), (1.0, False)])
 def test_names_that_explain_far_less_are_taken_back(warm: LinearProblem, explained: float, doubted: bool) -> None:
-    where = (Share("time_s", "body", 0.5), Share(TEMPERATURE, "body", 0.3))
+    where = (ChannelShare("time_s", "body", 0.5), ChannelShare(TEMPERATURE, "body", 0.3))
     case = case_of(FOUND, clean=False, explained=explained, problem=warm, where=where, left=0 * warm.target)
     assert verdict_of(case) is Verdict.PARTIAL
     assert TEMPERATURE in unnamed_channels(case)

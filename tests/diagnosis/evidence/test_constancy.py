@@ -9,9 +9,9 @@ import pytest
 
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.candidate_test import ColouredBaseline
-from diagnosis.evidence.constancy import differs_along_the_run
-from diagnosis.evidence.held_out import judge
-from diagnosis.library.candidates import proposed
+from diagnosis.evidence.constancy import coefficients_change
+from diagnosis.evidence.held_out import judge_candidate
+from diagnosis.library.candidates import propose_candidates
 from scenarios.arrays import Array
 from sim.effects import EFFECTS
 from tests.diagnosis.synthetic import problem, recording
@@ -36,8 +36,8 @@ def test_a_gain_that_changes_is_none(gain: Array, differs: bool) -> None:
     assert given.current_A is not None
     added_nT = (gain * given.current_A[:, 0])[:, None] * GAIN_NT_A
     posed = problem(replace(given, mag_nT=given.mag_nT + added_nT))
-    evidence = judge(Baseline.of(posed), proposed(posed)[DRIVEN.name])
+    evidence = judge_candidate(Baseline.of(posed), propose_candidates(posed)[DRIVEN.name])
     assert evidence is not None
-    beside = ColouredBaseline.of(posed, ())
-    one = beside.standing(evidence, beside.rows.taken(evidence.candidate.columns(posed)))
-    assert differs_along_the_run(one, beside, posed.policy.other_size) is differs
+    coloured_baseline = ColouredBaseline.of(posed, ())
+    one = coloured_baseline.fit_candidate(evidence, coloured_baseline.rows.bin(evidence.candidate.columns(posed)))
+    assert coefficients_change(one, coloured_baseline, posed.policy.other_size) is differs

@@ -12,14 +12,14 @@ from scipy.spatial.transform import Rotation
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.direct import (
     _across_the_field,
-    _beside,
     _quiet,
     _spike_law,
+    _with_neighbours,
     direct_evidence,
     held_rows,
 )
 from diagnosis.evidence.localise import TIME, channels, explained_share, localise
-from diagnosis.evidence.white_noise import more_noise
+from diagnosis.evidence.white_noise import missing_white_noise
 from diagnosis.policy import STANDARD, Policy
 from recordings import Recording
 from recordings.channels import current_name
@@ -99,12 +99,12 @@ def test_more_white_noise_is_what_the_model_lacks() -> None:
     """sqrt(5^2 - 3^2) = 4; rounding to q has q^2 / 12 of its own."""
     posed = problem(noise_nT=5.0, model=(WhiteNoise((3.0, 3.0, 3.0)),))
     left = Baseline.of(posed).residual()
-    found = more_noise(posed, left, ())
+    found = missing_white_noise(posed, left, ())
     assert isinstance(found, WhiteNoise)
     assert found.std_nT == pytest.approx((4.0,) * 3, rel=0.06)
-    assert more_noise(posed, left, (Quantisation(float(np.sqrt(12 * 16))),)) is None
-    assert more_noise(problem(noise_nT=5.0, model=(WhiteNoise((4.9, 4.9, 4.9)),)), left, ()) is None
-    assert more_noise(problem(noise_nT=5.0), left, ()) is None
+    assert missing_white_noise(posed, left, (Quantisation(float(np.sqrt(12 * 16))),)) is None
+    assert missing_white_noise(problem(noise_nT=5.0, model=(WhiteNoise((4.9, 4.9, 4.9)),)), left, ()) is None
+    assert missing_white_noise(problem(noise_nT=5.0), left, ()) is None
 
 
 def test_the_noise_of_a_current_is_no_noise_of_the_magnetometer() -> None:
@@ -115,8 +115,8 @@ def test_the_noise_of_a_current_is_no_noise_of_the_magnetometer() -> None:
     posed = replace(posed, state=replace(posed.state, channels={**posed.state.channels, current_name(1): noisy[:, 0]}))
     follows = MotorCurrent(gain_nT_A=(50.0, 50.0, 50.0), motor=1)
     left = Baseline.of(posed).residual()
-    assert more_noise(posed, left, (follows,)) is None
-    assert more_noise(posed, left, (replace(follows, gain_nT_A=(5.0, 5.0, 5.0)),)) is not None
+    assert missing_white_noise(posed, left, (follows,)) is None
+    assert missing_white_noise(posed, left, (replace(follows, gain_nT_A=(5.0, 5.0, 5.0)),)) is not None
 
 
 def test_a_gap_goes_first_with_the_channel_that_drives_it() -> None:
@@ -241,4 +241,4 @@ def test_what_is_off_across_the_field_alone_is_an_error_of_the_attitude(share: f
 
 def test_two_samples_beside_a_wrong_one_are_left_out_with_it() -> None:
     samples = np.arange(1000) == 500
-    assert np.flatnonzero(_beside(problem(n=1000), samples)).tolist() == [498, 499, 500, 501, 502]
+    assert np.flatnonzero(_with_neighbours(problem(n=1000), samples)).tolist() == [498, 499, 500, 501, 502]

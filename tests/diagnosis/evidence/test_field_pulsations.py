@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagnosis.decision.selection import _settled_beside, select
-from diagnosis.decision.white_choice import Accepted
+from diagnosis.decision.selection import _refit_settings, select
+from diagnosis.decision.white_choice import AcceptedEffect
 from diagnosis.evidence.baseline import Baseline
-from diagnosis.evidence.field_pulsations import pulses
-from diagnosis.evidence.held_out import judge
-from diagnosis.library.candidates import proposed
+from diagnosis.evidence.field_pulsations import find_pulsations
+from diagnosis.evidence.held_out import judge_candidate
+from diagnosis.library.candidates import propose_candidates
 from diagnosis.policy import STANDARD
 from diagnosis.problem.linear import LinearProblem
 from scenarios.arrays import Array
@@ -45,7 +45,7 @@ def _wave(period_s: float, size_nT: float, n: int = 6000) -> Array:
 
 
 def _period(posed: LinearProblem) -> float:
-    (found,) = pulses(Baseline.of(posed), proposed(posed))
+    (found,) = find_pulsations(Baseline.of(posed), propose_candidates(posed))
     return float(dict(found.candidate.nonlinear)[PERIOD])
 
 
@@ -67,7 +67,7 @@ def test_no_period_is_tried_of_which_the_run_holds_less_than_two() -> None:
     posed = _posed(_wave(450.0, 20.0))
     assert STANDARD.fastest_pulse_s <= _period(posed) <= 600.0 / STANDARD.least_pulse_cycles
     short = _posed(n=int(HZ * STANDARD.fastest_pulse_s * STANDARD.least_pulse_cycles))
-    assert not pulses(Baseline.of(short), proposed(short))
+    assert not find_pulsations(Baseline.of(short), propose_candidates(short))
 
 
 def test_a_run_with_room_for_one_period_is_asked_for_that_one() -> None:
@@ -79,20 +79,20 @@ def test_a_run_with_room_for_one_period_is_asked_for_that_one() -> None:
 def test_the_effect_s_own_example_is_named_with_its_period() -> None:
     truth = SWINGING.example[PERIOD]
     posed = problem(recording(round(HZ * 2.5 * truth), hidden={SWINGING.name: SWINGING.example}))
-    (found,) = select(posed).found
+    (found,) = select(posed).accepted
     assert (found.name, found.alternatives) == (SWINGING.name, ())
     assert dict(found.evidence.candidate.nonlinear)[PERIOD] == pytest.approx(truth, rel=0.01)
 
 
 def test_a_wander_is_named_nothing() -> None:
-    assert not select(_posed(walk=True)).found
+    assert not select(_posed(walk=True)).accepted
 
 
 def test_another_effect_beside_it_leaves_it_its_period() -> None:
     gain = {DRIVEN.linear[0]: [3.0, -2.0, 4.0]}
     posed = _posed(_wave(80.0, 4.0), hidden={DRIVEN.name: gain})
-    ground, members = Baseline.of(posed), proposed(posed)
-    (swinging,), driven = pulses(ground, members), judge(ground, members[DRIVEN.name])
+    baseline, members = Baseline.of(posed), propose_candidates(posed)
+    (swinging,), driven = find_pulsations(baseline, members), judge_candidate(baseline, members[DRIVEN.name])
     assert driven is not None
-    (after,) = _settled_beside(Accepted(driven, ()), [Accepted(swinging, ())], members, ground)
+    (after,) = _refit_settings(AcceptedEffect(driven, ()), [AcceptedEffect(swinging, ())], members, baseline)
     assert after.evidence.candidate == swinging.candidate

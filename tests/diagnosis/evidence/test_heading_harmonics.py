@@ -10,9 +10,9 @@ import pytest
 
 from diagnosis.decision.selection import select
 from diagnosis.evidence.baseline import Baseline
-from diagnosis.evidence.heading_harmonics import goes_with_heading, swings_with_the_field
-from diagnosis.evidence.held_out import Evidence, judge
-from diagnosis.library.candidates import proposed
+from diagnosis.evidence.heading_harmonics import follows_earth_frame, follows_heading
+from diagnosis.evidence.held_out import Evidence, judge_candidate
+from diagnosis.library.candidates import propose_candidates
 from diagnosis.problem.linear import LinearProblem
 from sim.effects import EFFECTS
 from tests.diagnosis.synthetic import problem, recording, without_attitude
@@ -35,22 +35,22 @@ def _heading(posed: LinearProblem) -> Any:
 
 
 def _tone(posed: LinearProblem) -> tuple[Baseline, Evidence]:
-    ground = Baseline.of(posed)
-    found = judge(ground, proposed(posed)[TONE.name])
+    baseline = Baseline.of(posed)
+    found = judge_candidate(baseline, propose_candidates(posed)[TONE.name])
     assert found is not None
-    return ground, found
+    return baseline, found
 
 
 def test_what_follows_the_heading_is_no_tone() -> None:
     posed = _posed(lambda heading, time_s: np.sin(LOBES * heading + 0.4))
-    assert goes_with_heading(*_tone(posed))
-    assert not select(posed).found
+    assert follows_heading(*_tone(posed))
+    assert not select(posed).accepted
 
 
 @pytest.mark.parametrize("hz", [0.108, 0.31, 1.7])
 def test_a_tone_that_does_not_keep_step_with_the_heading_is_one(hz: float) -> None:
     posed = _posed(lambda heading, time_s: np.sin(2 * np.pi * hz * time_s))
-    assert not goes_with_heading(*_tone(posed))
+    assert not follows_heading(*_tone(posed))
 
 
 @pytest.mark.parametrize("earth", [True, False])
@@ -60,14 +60,14 @@ def test_a_swell_is_no_motors_tone(earth: bool) -> None:
     R, current = problem(given).state.R_wb, given.current_A.sum(axis=1)
     wave = np.sin(2 * np.pi * given.time_s / 8)[:, None]
     added = np.einsum("nji,nj->ni", R, 4 * wave * ALONG) if earth else wave * current[:, None] * ALONG
-    assert swings_with_the_field(*_tone(problem(replace(given, mag_nT=given.mag_nT + added)))) is earth
+    assert follows_earth_frame(*_tone(problem(replace(given, mag_nT=given.mag_nT + added)))) is earth
 
 
 def test_only_a_tone_is_asked_and_only_with_attitude() -> None:
-    ground = Baseline.of(problem())
-    for members in proposed(ground.problem).values():
-        found = judge(ground, members)
-        assert found is None or not goes_with_heading(ground, found)
+    baseline = Baseline.of(problem())
+    for members in propose_candidates(baseline.problem).values():
+        found = judge_candidate(baseline, members)
+        assert found is None or not follows_heading(baseline, found)
     strength = Baseline.of(problem(without_attitude(recording())))
-    tone = judge(strength, proposed(strength.problem)[TONE.name])
-    assert tone is None or not goes_with_heading(strength, tone)
+    tone = judge_candidate(strength, propose_candidates(strength.problem)[TONE.name])
+    assert tone is None or not follows_heading(strength, tone)

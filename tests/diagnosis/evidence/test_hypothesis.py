@@ -12,13 +12,13 @@ from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.binned_rows import BinnedRows
 from diagnosis.evidence.candidate_test import (
     ColouredBaseline,
-    gained_along_the_field,
-    gains_along_the_field,
-    moved_in_time,
+    explains_along_field,
+    gain_along_field,
+    surrogate_columns,
 )
-from diagnosis.evidence.hypothesis import Hypothesis, gains, white
+from diagnosis.evidence.hypothesis import Hypothesis, in_sample_gains, white_noise_model
 from diagnosis.evidence.noise_model import NoiseModel
-from diagnosis.library.candidates import Candidate, proposed
+from diagnosis.library.candidates import Candidate, propose_candidates
 from diagnosis.policy import STANDARD, Policy
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.problem.strength import dip_columns
@@ -42,19 +42,19 @@ def _rows(n: int = 120, q: int = 2, p: int = 2) -> tuple[BinnedRows, np.ndarray]
 
 def test_coefficients_are_those_of_generalised_least_squares() -> None:
     rows, columns = _rows()
-    rest = NoiseModel(np.array([5.0, 60.0]), np.array([1.0, 0.5]), np.array([[0.7, 2.0], [0.2, 4.0]]))
-    found = Hypothesis.given(rows, columns, rest)
+    noise_model = NoiseModel(np.array([5.0, 60.0]), np.array([1.0, 0.5]), np.array([[0.7, 2.0], [0.2, 4.0]]))
+    found = Hypothesis.with_noise_model(rows, columns, noise_model)
     N, g, ln = np.zeros((7, 7)), np.zeros(7), 0.0
     for a in range(2):
-        C = covariance(rest, rows.row_s, a)
-        X = np.zeros((len(rows.row_s), 7))
+        C = covariance(noise_model, rows.row_start_s, a)
+        X = np.zeros((len(rows.row_start_s), 7))
         X[:, 2 * a : 2 * a + 2], X[:, 4:] = rows.base[:, a], columns[:, a]
         N, g = N + X.T @ np.linalg.solve(C, X), g + X.T @ np.linalg.solve(C, rows.target[:, a])
         ln += np.linalg.slogdet(C)[1] + rows.target[:, a] @ np.linalg.solve(C, rows.target[:, a])
     solution = np.linalg.solve(N, g)
     np.testing.assert_allclose(np.concatenate([found.beta.ravel(), found.c]), solution, rtol=1e-8)
-    assert found.whole == pytest.approx(-(ln - g @ solution) / 2, rel=1e-10)
-    assert found.held < found.whole
+    assert found.log_likelihood == pytest.approx(-(ln - g @ solution) / 2, rel=1e-10)
+    assert found.held_out_log_likelihood < found.log_likelihood
     assert found.residual(rows, columns).shape == rows.target.shape
 
 
@@ -63,19 +63,19 @@ def test_outputs_with_a_base_in_common_share_its_coefficients() -> None:
     n, q, p = 90, 2, 4
     base, target, columns = rng.normal(size=(n, q, p)), rng.normal(size=(n, q)), rng.normal(size=(n, q, 3))
     rows = BinnedRows.of(np.arange(float(n)), np.ones(n), base, target, STANDARD)
-    rest = NoiseModel(np.array([5.0, 60.0]), np.array([1.0, 0.5]), np.array([[0.7, 2.0], [0.2, 4.0]]))
-    found = Hypothesis.given(rows, columns, rest)
+    noise_model = NoiseModel(np.array([5.0, 60.0]), np.array([1.0, 0.5]), np.array([[0.7, 2.0], [0.2, 4.0]]))
+    found = Hypothesis.with_noise_model(rows, columns, noise_model)
     N, g = np.zeros((7, 7)), np.zeros(7)
     for a in range(q):
-        X, C = np.concatenate([base[:, a], columns[:, a]], axis=1), covariance(rest, rows.row_s, a)
+        X, C = np.concatenate([base[:, a], columns[:, a]], axis=1), covariance(noise_model, rows.row_start_s, a)
         N, g = N + X.T @ np.linalg.solve(C, X), g + X.T @ np.linalg.solve(C, target[:, a])
     solution = np.linalg.solve(N, g)
     np.testing.assert_allclose(np.concatenate([found.beta.ravel(), found.c]), solution, rtol=1e-8)
     both = np.concatenate([base, columns], axis=2)
     np.testing.assert_allclose(found.residual(rows, columns), target - both @ solution, rtol=1e-8, atol=1e-10)
-    (nats,) = gains(rows, columns[:, :, :0], [columns], rest)
-    without = Hypothesis.given(rows, columns[:, :, :0], rest)
-    assert nats == pytest.approx(found.whole - without.whole, rel=1e-9)
+    (nats,) = in_sample_gains(rows, columns[:, :, :0], [columns], noise_model)
+    without = Hypothesis.with_noise_model(rows, columns[:, :, :0], noise_model)
+    assert nats == pytest.approx(found.log_likelihood - without.log_likelihood, rel=1e-9)
 
 
 def test_rows_keep_the_variance_of_white_noise_and_the_sum_of_what_is_usable() -> None:
@@ -98,7 +98,7 @@ def _wandering(seed: int, hidden: dict[str, object] | None, step_nT: float = 0.6
 @pytest.mark.parametrize("seed", range(3))
 def test_beside_a_wander_of_its_size_an_effect_is_found(seed: int) -> None:
     found = select(_wandering(seed, HIDDEN, step_nT=0.1))
-    assert found.found[0].name == DRIVEN.name
+    assert found.accepted[0].name == DRIVEN.name
     assert not found.after.clean
 
 
@@ -106,24 +106,24 @@ def test_beside_a_wander_of_its_size_an_effect_is_found(seed: int) -> None:
 def test_in_a_wander_alone_nothing_is_found(seed: int) -> None:
     found = select(_wandering(seed, None))
     assert not found.before.clean
-    assert found.found == ()
+    assert found.accepted == ()
 
 
 def test_a_candidate_that_explains_little_beside_a_coloured_rest_is_no_name() -> None:
     posed = _wandering(0, HIDDEN, step_nT=0.1)
     strict = replace(posed, policy=Policy(least_added=0.9))
-    assert select(strict).found == ()
+    assert select(strict).accepted == ()
 
 
 def test_an_error_of_the_attitude_gains_nothing_along_the_field() -> None:
     given = recording()
-    columns = proposed(problem(given))["diurnal_drift"][0].columns(problem(given))
+    columns = propose_candidates(problem(given))["diurnal_drift"][0].columns(problem(given))
     course = np.sin(0.011 * given.time_s)[:, None] * np.array([8.0, 25.0, -60.0])
     sensed = given.mag_nT + np.einsum("nji,nj->ni", problem(given).state.R_wb, course)
     turned = np.cross(np.sin(0.011 * given.time_s)[:, None] * [2e-3, -1e-3, 1e-3], problem(given).state.field_nT)
-    grounds = [Baseline.of(problem(replace(given, mag_nT=mag))) for mag in (sensed, given.mag_nT + turned)]
-    gains = [gains_along_the_field(ground, ground.beside(columns)) for ground in grounds]
-    assert gains == [True, False]
+    baselines = [Baseline.of(problem(replace(given, mag_nT=mag))) for mag in (sensed, given.mag_nT + turned)]
+    in_sample_gains = [explains_along_field(baseline, baseline.with_columns(columns)) for baseline in baselines]
+    assert in_sample_gains == [True, False]
 
 
 def test_from_white_alone_a_slow_course_is_not_swallowed() -> None:
@@ -132,10 +132,10 @@ def test_from_white_alone_a_slow_course_is_not_swallowed() -> None:
     time_s = np.arange(3000) / 10
     y = 0.01 * time_s[:, None] + rng.normal(size=(3000, 1))
     rows = BinnedRows.of(time_s, np.ones(3000), np.ones((3000, 1)), y, STANDARD)
-    drift = rows.taken((time_s - time_s.mean())[:, None, None])
-    poorer = Hypothesis.of(rows, drift[:, :, :0], (white(1),))
-    richer = Hypothesis.of(rows, drift, (poorer.rest, white(1)))
-    assert richer.held - poorer.held > 10
+    drift = rows.bin((time_s - time_s.mean())[:, None, None])
+    poorer = Hypothesis.of(rows, drift[:, :, :0], (white_noise_model(1),))
+    richer = Hypothesis.of(rows, drift, (poorer.noise_model, white_noise_model(1)))
+    assert richer.held_out_log_likelihood - poorer.held_out_log_likelihood > 10
 
 
 def test_what_surrogates_gain_as_well_is_no_effect(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -143,8 +143,10 @@ def test_what_surrogates_gain_as_well_is_no_effect(monkeypatch: pytest.MonkeyPat
     posed = _wandering(0, HIDDEN, step_nT=0.1)
     for by_chance in (np.r_[np.zeros(15), 1e6], np.full(16, 300.0)):
         with monkeypatch.context() as patch:
-            patch.setattr(ColouredBaseline, "surrogates", lambda self, one, problem, by_chance=by_chance: by_chance)
-            assert select(posed).found == ()
+            patch.setattr(
+                ColouredBaseline, "surrogate_gains", lambda self, one, problem, by_chance=by_chance: by_chance
+            )
+            assert select(posed).accepted == ()
 
 
 def test_a_course_that_only_rises_does_not_jump_when_it_is_moved() -> None:
@@ -154,7 +156,9 @@ def test_a_course_that_only_rises_does_not_jump_when_it_is_moved() -> None:
     rising = replace(posed, state=replace(posed.state, channels={TEMPERATURE: np.linspace(10.0, 12.0, 2000)}))
     candidate = Candidate(WARM)
     as_it_is = np.abs(np.diff(candidate.columns(rising), axis=0)).max()
-    assert all(np.abs(np.diff(one, axis=0)).max() < 1.01 * as_it_is for one in moved_in_time(candidate, rising, rows))
+    assert all(
+        np.abs(np.diff(one, axis=0)).max() < 1.01 * as_it_is for one in surrogate_columns(candidate, rising, rows)
+    )
 
 
 def test_what_adds_along_the_field_what_is_not_there_is_refused() -> None:
@@ -162,24 +166,24 @@ def test_what_adds_along_the_field_what_is_not_there_is_refused() -> None:
     given, rng = recording(2000), np.random.default_rng(4)
     turned = np.cross(np.cumsum(rng.normal(scale=3e-5, size=(2000, 3)), axis=0), problem(given).state.field_nT)
     posed = problem(replace(given, mag_nT=given.mag_nT + turned))
-    ground = Baseline.of(posed)
+    baseline = Baseline.of(posed)
     course = np.cumsum(rng.normal(size=(2000, 1)), axis=0)
     columns = posed.whitened(course[:, :, None] * np.eye(3), ChannelEffect)
-    assert gained_along_the_field(ground, ground.beside(columns)) < -posed.policy.apart
+    assert gain_along_field(baseline, baseline.with_columns(columns)) < -posed.policy.apart
     true = problem(replace(given, mag_nT=given.mag_nT + turned + 0.5 * course))
-    assert gained_along_the_field(Baseline.of(true), Baseline.of(true).beside(columns)) > posed.policy.apart
+    assert gain_along_field(Baseline.of(true), Baseline.of(true).with_columns(columns)) > posed.policy.apart
 
 
 def test_folds_show_an_event_and_leave_the_others_as_they_were() -> None:
     """An event of some seconds acts in every fold; a course over the whole run keeps the policy's segments."""
     time_s = np.arange(6000) / 10
     rows = BinnedRows.of(time_s, np.ones(6000), np.ones((6000, 1)), np.zeros((6000, 1)), STANDARD)
-    event, drift = (rows.taken(v[:, None, None]) for v in (np.exp(-(((time_s - 300) / 4) ** 2)), time_s))
-    assert rows.showing(drift) is rows
-    short = rows.showing(event)
+    event, drift = (rows.bin(v[:, None, None]) for v in (np.exp(-(((time_s - 300) / 4) ** 2)), time_s))
+    assert rows.refine_folds(drift) is rows
+    short = rows.refine_folds(event)
     power = np.bincount(short.fold, (event**2).sum(axis=(1, 2)))
     assert (power > 0.02 * power.sum()).all()
-    both = rows.showing(np.concatenate([drift, event, 0 * event], axis=2))
+    both = rows.refine_folds(np.concatenate([drift, event, 0 * event], axis=2))
     assert both.segment_s == short.segment_s
 
 
@@ -189,8 +193,13 @@ def test_a_column_that_others_make_gains_nothing_whatever_its_unit() -> None:
     time_s = np.arange(2000) / 10
     rows = BinnedRows.of(time_s, np.ones(2000), np.ones((2000, 1)), rng.normal(size=(2000, 3)), STANDARD)
     columns = rng.normal(size=(2000, 3, 2))
-    inside = np.concatenate([columns * [1e-5, 1e6], rng.normal(size=(2000, 3, 1))], axis=2)
-    again, other = gains(rows, inside, [columns @ [[1.0, 2.0], [3.0, 4.0]], rng.normal(size=(2000, 3, 2))], white(3))
+    accepted_columns = np.concatenate([columns * [1e-5, 1e6], rng.normal(size=(2000, 3, 1))], axis=2)
+    again, other = in_sample_gains(
+        rows,
+        accepted_columns,
+        [columns @ [[1.0, 2.0], [3.0, 4.0]], rng.normal(size=(2000, 3, 2))],
+        white_noise_model(3),
+    )
     assert again == pytest.approx(0.0, abs=1e-6)
     assert 0 < other < 20
 
@@ -201,12 +210,12 @@ def test_what_is_moved_in_time_is_seen_along_the_motion_as_it_was(seen: str) -> 
     posed = problem(recording(2000) if seen == "vector" else without_attitude(recording(2000)))
     candidate = Candidate(DRIVEN)
     rows = ColouredBaseline.of(posed, ()).rows
-    moved = moved_in_time(candidate, posed, rows)
+    moved = surrogate_columns(candidate, posed, rows)
     assert len(moved) == STANDARD.surrogates
     late = {name: np.r_[x[::-1], x][625:2625] for name, x in posed.state.channels.items()}
     gone = replace(posed, state=replace(posed.state, channels=late))
-    assert np.allclose(moved[2], rows.taken(candidate.columns(gone)), atol=1e-9)
-    assert not np.allclose(moved[2], rows.taken(candidate.columns(posed)), atol=1e-3)
+    assert np.allclose(moved[2], rows.bin(candidate.columns(gone)), atol=1e-9)
+    assert not np.allclose(moved[2], rows.bin(candidate.columns(posed)), atol=1e-3)
 
 
 @pytest.mark.parametrize("seed", [0, 2, 6])
@@ -217,10 +226,13 @@ def test_axes_that_walk_are_as_likely_by_the_rest_that_is_found(seed: int) -> No
     yaw, dip = 4e-3 * i + 0.5 * np.sin(0.01 * i), 1.1 + 0.3 * np.sin(0.023 * i)
     level, up = np.column_stack([np.cos(yaw), np.sin(yaw), 0 * i]), np.array([0.0, 0.0, 1.0])
     c, s = np.cos(dip)[:, None], np.sin(dip)[:, None]
-    sight = np.stack([c * level + s * up, c * up - s * level], axis=1)
+    output_axes = np.stack([c * level + s * up, c * up - s * level], axis=1)
     walk = np.cumsum(step * rng.normal(size=(n, 3)), axis=0)
-    seen = np.einsum("nqi,ni->nq", sight, walk) + rng.normal(size=(n, 2))
-    rows, none = BinnedRows.of(i, np.ones(n), dip_columns(sight), seen, STANDARD, sight), np.zeros((n, 2, 0))
-    true = NoiseModel(np.array([1e5]), np.ones(2), np.zeros((2, 1)), np.array([step**2 * 1e5 / 2]), sight)
-    found = Hypothesis.of(rows, none, (white(2),))
-    assert found.whole > Hypothesis.given(rows, none, true).whole - 3
+    seen = np.einsum("nqi,ni->nq", output_axes, walk) + rng.normal(size=(n, 2))
+    rows, none = (
+        BinnedRows.of(i, np.ones(n), dip_columns(output_axes), seen, STANDARD, output_axes),
+        np.zeros((n, 2, 0)),
+    )
+    true = NoiseModel(np.array([1e5]), np.ones(2), np.zeros((2, 1)), np.array([step**2 * 1e5 / 2]), output_axes)
+    found = Hypothesis.of(rows, none, (white_noise_model(2),))
+    assert found.log_likelihood > Hypothesis.with_noise_model(rows, none, true).log_likelihood - 3

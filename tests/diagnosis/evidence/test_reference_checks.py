@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from diagnosis.evidence.reference_checks import _east_nT, misread_field, own_compass, settled
+from diagnosis.evidence.reference_checks import _east_nT, correct_reference, find_misread_field, find_own_compass
 from diagnosis.policy import STANDARD
-from diagnosis.problem.formulation import pose, posed
+from diagnosis.problem.formulation import pose, pose_model
 from diagnosis.verdict import Verdict
 from diagnosis.workflow import diagnose
 from recordings import Recording, read_recording
@@ -34,16 +34,16 @@ GAPS = {
 )
 def test_a_misread_field_is_told_and_read_right(given: tuple[float, float, float], how: str) -> None:
     wrong = pose(recording(), np.array(given), STRENGTH_NT, ())
-    found = misread_field(wrong)
+    found = find_misread_field(wrong)
     assert found is not None
     assert how in found.how
     assert found.field_enu_nT == pytest.approx(FIELD_ENU_NT)
     assert found.after_nT == pytest.approx(NOISE_NT, rel=0.05)
     assert found.before_nT > 1000 * NOISE_NT
-    mended = settled(wrong)
+    mended = correct_reference(wrong)
     assert mended.state.field_enu_nT == pytest.approx(FIELD_ENU_NT)
     assert mended.sigma_nT == pytest.approx(NOISE_NT, rel=0.1)
-    assert how in mended.instead[0].words
+    assert how in mended.corrections[0].words
 
 
 def test_an_effect_is_named_beside_a_misread_field_and_the_model_has_the_right_one() -> None:
@@ -62,8 +62,8 @@ def test_an_effect_is_named_beside_a_misread_field_and_the_model_has_the_right_o
 @pytest.mark.parametrize("hidden", GAPS.values(), ids=GAPS)
 def test_neither_is_said_of_a_log_whose_reference_is_right(hidden: dict[str, object]) -> None:
     right = problem(hidden=hidden)
-    assert misread_field(right) is None
-    assert own_compass(right) is None
+    assert find_misread_field(right) is None
+    assert find_own_compass(right) is None
 
 
 def _level_circles() -> Recording:
@@ -75,16 +75,16 @@ def _level_circles() -> Recording:
 
 def test_on_level_circles_neither_can_be_told() -> None:
     wrong = pose(_level_circles(), np.array([EAST, NORTH, -UP]), STRENGTH_NT, ())
-    assert misread_field(wrong) is None
-    assert own_compass(wrong) is None
+    assert find_misread_field(wrong) is None
+    assert find_own_compass(wrong) is None
 
 
 @pytest.mark.parametrize("calibration", [IRON, np.eye(3)], ids=["calibrated", "raw"])
 def test_a_heading_made_from_the_magnetometer_is_known(calibration: Array) -> None:
-    found = own_compass(pose(with_own_compass(0.3, calibration), FIELD_ENU_NT, STRENGTH_NT, ()))
+    found = find_own_compass(pose(with_own_compass(0.3, calibration), FIELD_ENU_NT, STRENGTH_NT, ()))
     assert found is not None
     assert found.noise_nT < 1
-    assert found.beside_noise_nT > 40
+    assert found.other_noise_nT > 40
 
 
 def test_beside_a_heading_of_its_own_compass_a_current_is_found_by_strength_and_dip() -> None:
@@ -102,9 +102,9 @@ def test_beside_a_heading_of_its_own_compass_a_current_is_found_by_strength_and_
 
 def test_in_a_field_that_stands_upright_there_is_no_dip_to_compare() -> None:
     posed = pose(with_own_compass(0.3, IRON), FIELD_ENU_NT, STRENGTH_NT, (), replace(STANDARD, least_level=0.9))
-    mended = settled(posed)
+    mended = correct_reference(posed)
     assert mended.compared == "strength"
-    assert "only the field's strength was compared" in mended.instead[0].words
+    assert "only the field's strength was compared" in mended.corrections[0].words
 
 
 def test_a_noisy_heading_of_its_own_is_not_taken_for_it() -> None:
@@ -113,26 +113,29 @@ def test_a_noisy_heading_of_its_own_is_not_taken_for_it() -> None:
     off = Rotation.from_euler("ZYX", np.radians([0.1, 0.5, 0.5]) * rng.normal(size=(len(given), 3)))
     turn = Rotation.from_quat(given.att_q[:, [1, 2, 3, 0]]) * off
     noisy = replace(given, att_q=turn.as_quat()[:, [3, 0, 1, 2]])
-    assert own_compass(pose(noisy, FIELD_ENU_NT, STRENGTH_NT, ())) is None
+    assert find_own_compass(pose(noisy, FIELD_ENU_NT, STRENGTH_NT, ())) is None
 
 
 def test_a_sensor_with_a_noisy_vertical_axis_is_not_taken_for_it() -> None:
     """In a steep field it has most of its noise along the field, whoever made the heading."""
     given = recording()
     noisy_nT = given.mag_nT + [0.0, 0.0, 50.0] * np.random.default_rng(5).normal(size=(len(given), 3))
-    assert own_compass(pose(replace(given, mag_nT=noisy_nT), FIELD_ENU_NT, STRENGTH_NT, ())) is None
+    assert find_own_compass(pose(replace(given, mag_nT=noisy_nT), FIELD_ENU_NT, STRENGTH_NT, ())) is None
 
 
 def test_a_glider_steers_by_its_own_compass(realdata) -> None:  # type: ignore[no-untyped-def]
     glider = read_recording(realdata / "glider" / "five_dives.parquet")
     place = {"latitude_deg": 12.1, "longitude_deg": 85.9, "date": "2024-05-27"}
-    assert own_compass(posed(glider, ModelSpec.model_validate({"field": place}), None, None)) is not None
+    assert find_own_compass(pose_model(glider, ModelSpec.model_validate({"field": place}), None, None)) is not None
 
 
 def test_an_optical_attitude_is_no_compass(realdata) -> None:  # type: ignore[no-untyped-def]
     place = {"latitude_deg": 52.5, "longitude_deg": 13.4, "date": "2019-06-01"}
     for path in sorted((realdata / "motion-capture").glob("*.parquet")):
-        assert own_compass(posed(read_recording(path), ModelSpec.model_validate({"field": place}), None, None)) is None
+        assert (
+            find_own_compass(pose_model(read_recording(path), ModelSpec.model_validate({"field": place}), None, None))
+            is None
+        )
 
 
 @pytest.mark.parametrize(("axes", "told"), [(4.0, True), (6.0, False)])

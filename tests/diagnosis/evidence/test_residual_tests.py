@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from diagnosis.evidence.residual_tests import ResidualTests, _cells, battery
+from diagnosis.evidence.residual_tests import ResidualTests, _cells, run_residual_tests
 from diagnosis.policy import STANDARD, Policy
 from scenarios.arrays import Array
 
@@ -15,7 +15,7 @@ TIME_S = STEP_S * np.arange(N)
 
 
 def _tests(residual: Array, policy: Policy = STANDARD, memory: int = 1) -> ResidualTests:
-    return battery(residual, np.ones(len(residual)), TIME_S, 0, policy, memory)
+    return run_residual_tests(residual, np.ones(len(residual)), TIME_S, 0, policy, memory)
 
 
 def _white(seed: int) -> Array:
@@ -66,7 +66,7 @@ def test_samples_left_out_do_not_count() -> None:
     residual, usable = _white(3), np.ones(N)
     usable[3000:9000] = 0.0
     residual[usable == 0] = 0.0
-    tests = battery(residual, usable, TIME_S, 12, STANDARD)
+    tests = run_residual_tests(residual, usable, TIME_S, 12, STANDARD)
     assert not any(line.startswith(("means", "heavy")) for line in tests.why)
     assert tests.kurtosis == pytest.approx(0.0, abs=0.1)
 
@@ -76,10 +76,10 @@ def test_a_slow_log_is_tested_too() -> None:
     time_s = np.cumsum(np.random.default_rng(7).uniform(8.0, 22.0, 3000))
     white = _white(4)[: len(time_s)]
     wave = 0.5 * np.sin(2 * np.pi * time_s / 7200.0)[:, None]
-    calm = battery(white, np.ones(len(white)), time_s, 0, STANDARD)
+    calm = run_residual_tests(white, np.ones(len(white)), time_s, 0, STANDARD)
     assert calm.clean
     assert list(calm.excess) == pytest.approx([75, 375, 1500], rel=0.02)
-    assert not battery(white + wave, np.ones(len(white)), time_s, 0, STANDARD).clean
+    assert not run_residual_tests(white + wave, np.ones(len(white)), time_s, 0, STANDARD).clean
 
 
 def test_means_are_over_time_and_not_over_bursts() -> None:
@@ -87,7 +87,7 @@ def test_means_are_over_time_and_not_over_bursts() -> None:
     time_s = (60.0 * np.arange(400)[:, None] + 0.02 * np.arange(10)).ravel()
     pairs = np.random.default_rng(8).normal(size=(200, 1, 3)) * np.array([[1.0], [-1.0]])
     offsets = np.repeat(pairs.reshape(400, 3), 10, axis=0)
-    tests = battery(_white(5)[:4000] + offsets, np.ones(4000), time_s, 0, STANDARD)
+    tests = run_residual_tests(_white(5)[:4000] + offsets, np.ones(4000), time_s, 0, STANDARD)
     assert tests.excess[1.0] == pytest.approx((1 + 10 * 1.0) / 2, rel=0.1)  # of a variance of 2
 
 
@@ -97,9 +97,9 @@ def test_a_time_that_rounding_makes_early_is_in_its_own_cell() -> None:
 
 def test_what_was_fitted_counts_in_the_noise_and_few_means_are_not_tested() -> None:
     given, used = _white(3), np.ones(N)
-    plain, fitted = (battery(given, used, TIME_S, k, STANDARD).excess for k in (0, N))
+    plain, fitted = (run_residual_tests(given, used, TIME_S, k, STANDARD).excess for k in (0, N))
     assert list(fitted.values()) == pytest.approx([2 / 3 * one for one in plain.values()])
-    assert battery(given[:900], used[:900], TIME_S[:900], 0, STANDARD).excess == {}
+    assert run_residual_tests(given[:900], used[:900], TIME_S[:900], 0, STANDARD).excess == {}
 
 
 def test_rows_left_out_in_a_pattern_make_no_tones_of_a_slow_rest() -> None:
@@ -107,7 +107,7 @@ def test_rows_left_out_in_a_pattern_make_no_tones_of_a_slow_rest() -> None:
     usable = np.ones(N)
     usable[np.arange(N) % 7 > 4] = 0.0
     left = (residual + 0.1 * _white(7)) * usable[:, None]
-    assert not battery(left, usable, TIME_S, 0, STANDARD).tones_hz
+    assert not run_residual_tests(left, usable, TIME_S, 0, STANDARD).tones_hz
 
 
 @pytest.mark.parametrize(("louder", "heavy"), [(0.19, False), (0.3, True)])
@@ -115,7 +115,7 @@ def test_tails_are_heavy_beyond_a_tenth_and_what_a_long_record_scatters(louder: 
     """Louder and quieter by a share every other sample, normal noise has a kurtosis of three of its squares."""
     sizes = np.sqrt(1 + louder * np.where(np.arange(3 * N) % 2, 1, -1))
     residual = np.random.default_rng(0).normal(size=(3 * N, 3)) * sizes[:, None]
-    tests = battery(residual, np.ones(3 * N), STEP_S * np.arange(3 * N), 0, STANDARD)
+    tests = run_residual_tests(residual, np.ones(3 * N), STEP_S * np.arange(3 * N), 0, STANDARD)
     assert tests.kurtosis == pytest.approx(3 * louder**2, abs=0.05)
     assert any(line.startswith("heavy tails") for line in tests.why) is heavy
 
@@ -129,6 +129,6 @@ def test_means_are_no_white_noises_where_that_has_them_once_in_three_thousand(ch
     noise -= noise.mean(axis=1, keepdims=True)
     noise *= np.sqrt((1 - squared) / (noise**2).mean(axis=(0, 1)))
     residual = (noise + np.sqrt(squared) * rng.choice([-1.0, 1.0], size=(30, 1, 3))).reshape(-1, 3)
-    tests = battery(residual, np.ones(1500), STEP_S * np.arange(1500), 0, STANDARD)
+    tests = run_residual_tests(residual, np.ones(1500), STEP_S * np.arange(1500), 0, STANDARD)
     assert set(tests.excess) == {1.0}
     assert any(line.startswith("means") for line in tests.why) is alarm

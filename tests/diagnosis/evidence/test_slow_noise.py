@@ -12,9 +12,15 @@ from scipy.spatial.transform import Rotation
 from diagnosis.evidence import slow_noise as slow_noise_module
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.block_steps import Steps
-from diagnosis.evidence.localise import TIME, Share
-from diagnosis.evidence.model_noise import as_stated
-from diagnosis.evidence.slow_noise import along_field, slow_along_earth, slow_noise, turns_the_field, wander
+from diagnosis.evidence.localise import TIME, ChannelShare
+from diagnosis.evidence.model_noise import within_stated_errors
+from diagnosis.evidence.slow_noise import (
+    find_slow_noise,
+    is_attitude_error,
+    is_earth_frame_noise,
+    power_share_along_field,
+    slow_noise,
+)
 from diagnosis.evidence.slow_spectrum import SlowSpectrum
 from diagnosis.policy import STANDARD
 from diagnosis.problem.linear import LinearProblem
@@ -86,10 +92,12 @@ def test_the_score_of_white_noise_is_below_that_of_the_slow_noise_that_is_there(
 
 def test_an_error_of_the_attitude_has_nothing_along_the_field_and_is_no_noise() -> None:
     posed = _turned(0.05)
-    assert along_field(posed, _left(posed)) < 0.02
-    assert turns_the_field(posed, _left(posed))
+    assert power_share_along_field(posed, _left(posed)) < 0.02
+    assert is_attitude_error(posed, _left(posed))
     assert slow_noise(posed, _left(posed)) is None
-    assert along_field(problem(), np.random.default_rng(0).normal(size=(4000, 3))) == pytest.approx(1 / 3, abs=0.1)
+    assert power_share_along_field(problem(), np.random.default_rng(0).normal(size=(4000, 3))) == pytest.approx(
+        1 / 3, abs=0.1
+    )
 
 
 def test_a_gap_that_goes_with_a_channel_is_no_wander() -> None:
@@ -97,7 +105,7 @@ def test_a_gap_that_goes_with_a_channel_is_no_wander() -> None:
     assert given.pos_enu_m is not None
     driven = replace(given, mag_nT=given.mag_nT + 0.02 * given.pos_enu_m[:, :1] ** 2 * np.array([1.0, -0.5, 0.5]))
     posed = problem(driven)
-    assert wander(posed, _left(posed)) is None
+    assert find_slow_noise(posed, _left(posed)) is None
 
 
 @pytest.mark.parametrize("of_the_field", [True, False])
@@ -108,7 +116,7 @@ def test_slow_noise_turns_with_the_sensor_and_a_field_that_walks_does_not(of_the
     assert given.att_q is not None
     turn = Rotation.from_quat(given.att_q, scalar_first=True).inv()
     posed = problem(replace(given, mag_nT=given.mag_nT + (turn.apply(walk_nT) if of_the_field else walk_nT)))
-    assert slow_along_earth(posed, _left(posed)) is of_the_field
+    assert is_earth_frame_noise(posed, _left(posed)) is of_the_field
     assert (slow_noise(posed, _left(posed)) is None) is of_the_field
 
 
@@ -127,14 +135,14 @@ def test_what_the_model_states_of_its_attitude_is_no_gap_and_more_is() -> None:
     left = _left(posed)
     stated = replace(posed, attitude_std_rad=np.radians(0.01))
     less = replace(posed, attitude_std_rad=np.radians(0.002))
-    assert not as_stated(posed, left)
-    assert as_stated(stated, left)
-    assert not as_stated(less, left)
+    assert not within_stated_errors(posed, left)
+    assert within_stated_errors(stated, left)
+    assert not within_stated_errors(less, left)
 
 
 def test_a_stated_attitude_error_excuses_nothing_along_the_field() -> None:
     posed = replace(_hidden(SLOW[0]), attitude_std_rad=np.radians(1.0))
-    assert not as_stated(posed, _left(posed))
+    assert not within_stated_errors(posed, _left(posed))
 
 
 @pytest.mark.parametrize("name", SLOW)
@@ -144,8 +152,8 @@ def test_a_wander_that_the_model_has_is_stated(name: str) -> None:
     posed = _hidden(name)
     known = replace(posed, effects=(BY_NAME[name](**{level: (SIZES[name],) * 3}),))
     small = replace(posed, effects=(BY_NAME[name](**{level: (SIZES[name] / 10,) * 3}),))
-    assert as_stated(known, _left(posed))
-    assert not as_stated(small, _left(posed))
+    assert within_stated_errors(known, _left(posed))
+    assert not within_stated_errors(small, _left(posed))
     assert pytest.approx(float(posed.sigma_nT.mean()), rel=0.1) == NOISE_NT
 
 
@@ -153,18 +161,18 @@ def test_a_wander_that_the_model_has_is_stated(name: str) -> None:
 def test_an_error_of_the_attitude_has_an_eighth_along_the_field_at_most(
     share: float, turns: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(slow_noise_module, "along_field", lambda *_: share)
-    assert turns_the_field(problem(n=400), np.zeros((400, 3))) is turns
+    monkeypatch.setattr(slow_noise_module, "power_share_along_field", lambda *_: share)
+    assert is_attitude_error(problem(n=400), np.zeros((400, 3))) is turns
 
 
 @pytest.mark.parametrize(("beyond", "wanders"), [(0.08, True), (0.12, False)])
 def test_what_goes_with_a_channel_more_than_with_time_is_no_wander(
     beyond: float, wanders: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    shares = [Share(TIME, "body", 0.3), Share("depth", "body", 0.3 + beyond)]
+    shares = [ChannelShare(TIME, "body", 0.3), ChannelShare("depth", "body", 0.3 + beyond)]
     monkeypatch.setattr(slow_noise_module, "localise", lambda *_: shares)
     monkeypatch.setattr(slow_noise_module, "slow_noise", lambda *_: "a wander")
-    assert (wander(problem(n=400), np.zeros((400, 3))) is not None) is wanders
+    assert (find_slow_noise(problem(n=400), np.zeros((400, 3))) is not None) is wanders
 
 
 @pytest.mark.parametrize(("lines", "told"), [(25.0, False), (35.0, True)])

@@ -10,13 +10,13 @@ import pytest
 
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.candidate_test import ColouredBaseline
-from diagnosis.evidence.held_out import judge
+from diagnosis.evidence.held_out import judge_candidate
 from diagnosis.evidence.smooth_course import (
-    a_course_of_the_field_does_better,
-    a_course_of_the_place_does_better,
-    a_course_of_time_does_better,
+    field_course_explains_more,
+    place_course_explains_more,
+    time_course_explains_more,
 )
-from diagnosis.library.candidates import proposed
+from diagnosis.library.candidates import propose_candidates
 from scenarios.arrays import Array
 from sim.effects import EFFECTS
 from tests.diagnosis.synthetic import problem, recording
@@ -31,13 +31,13 @@ def _does_better(name: str, slow: Array, hidden: dict[str, Any] | None = None, *
     given = recording(len(slow), hidden=hidden)
     R_bw = problem(given).state.R_wb.transpose(0, 2, 1) if earth else np.eye(3)
     posed = problem(replace(given, mag_nT=given.mag_nT + (R_bw @ (slow * SIZES_NT)[:, :, None])[:, :, 0]))
-    evidence = judge(Baseline.of(posed), proposed(posed)[name])
+    evidence = judge_candidate(Baseline.of(posed), propose_candidates(posed)[name])
     assert evidence is not None
-    beside = ColouredBaseline.of(posed, ())
-    standing = beside.standing(evidence, beside.rows.taken(evidence.candidate.columns(posed)))
+    coloured_baseline = ColouredBaseline.of(posed, ())
+    standing = coloured_baseline.fit_candidate(evidence, coloured_baseline.rows.bin(evidence.candidate.columns(posed)))
     assert standing.gain > 0
-    asked = a_course_of_the_field_does_better if earth else a_course_of_time_does_better
-    return asked(standing, beside, posed)
+    asked = field_course_explains_more if earth else time_course_explains_more
+    return asked(standing, coloured_baseline, posed)
 
 
 X = np.linspace(-1, 1, 1500)[:, None]
@@ -92,10 +92,12 @@ def test_a_field_of_places_met_one_after_the_other_is_no_change_in_time(
 ) -> None:
     given = recording(hidden=hidden)
     for posed, asked in ((problem(given), better), (problem(replace(given, pos_enu_m=None)), False)):
-        if name not in proposed(posed):
+        if name not in propose_candidates(posed):
             continue
-        evidence = judge(Baseline.of(posed), proposed(posed)[name])
+        evidence = judge_candidate(Baseline.of(posed), propose_candidates(posed)[name])
         assert evidence is not None
-        beside = ColouredBaseline.of(posed, ())
-        standing = beside.standing(evidence, beside.rows.taken(evidence.candidate.columns(posed)))
-        assert a_course_of_the_place_does_better(standing, beside, posed) is asked
+        coloured_baseline = ColouredBaseline.of(posed, ())
+        standing = coloured_baseline.fit_candidate(
+            evidence, coloured_baseline.rows.bin(evidence.candidate.columns(posed))
+        )
+        assert place_course_explains_more(standing, coloured_baseline, posed) is asked

@@ -10,11 +10,11 @@ import pytest
 from diagnosis.decision.coloured_choice import CandidateTest
 from diagnosis.decision.selection import select
 from diagnosis.evidence.baseline import Baseline
-from diagnosis.evidence.held_out import judged_at
+from diagnosis.evidence.held_out import judge_settings
 from diagnosis.evidence.localise import TIME
-from diagnosis.evidence.smooth_windows import comes_and_goes, on_within
-from diagnosis.evidence.windowed_candidates import comes_again
-from diagnosis.library.candidates import Candidate, changes_of_iron
+from diagnosis.evidence.smooth_windows import channels_on_within, equivalent_course
+from diagnosis.evidence.windowed_candidates import recurs_outside_window
+from diagnosis.library.candidates import Candidate, iron_candidates
 from diagnosis.policy import STANDARD, Policy
 from diagnosis.problem.linear import LinearProblem
 from recordings.channels import TEMPERATURE
@@ -41,7 +41,7 @@ def _pulses(*pieces: tuple[float, float]) -> Array:
 
 
 def _window() -> Candidate:
-    iron = (several[0] for several in changes_of_iron().values())
+    iron = (several[0] for several in iron_candidates().values())
     return next(one for one in iron if not one.effect.traits.constant).at(IN_PART)
 
 
@@ -51,8 +51,8 @@ def test_a_window_is_one_where_no_course_does_as_well(name: str, told: str) -> N
     assert heat is not None
     x = t / t[-1]
     courses = {"switch": (t >= 90) & (t < 210), "bend": x * (1 - x) * 4, "warm": (heat - 15) / 3}
-    ground = Baseline.of(_growing(courses[name].astype(float)))
-    assert comes_and_goes(ground, _window()) == told
+    baseline = Baseline.of(_growing(courses[name].astype(float)))
+    assert equivalent_course(baseline, _window()) == told
 
 
 @pytest.mark.parametrize(("power", "told"), [(0.0, ""), (0.5, "payload")])
@@ -62,29 +62,29 @@ def test_a_channel_that_is_on_in_the_window_does_better_or_is_the_window(power: 
     course = np.clip(1 - ((t - 150) / 60) ** 2, 0, None) ** power * ((t >= 90) & (t < 210))
     posed = _growing(course)
     driven = replace(posed, state=replace(posed.state, channels={"payload": course}))
-    assert on_within(driven, IN_PART[ACTIVE_WINDOW.name]) == ("payload",)
-    assert comes_and_goes(Baseline.of(driven), _window()) == told
+    assert channels_on_within(driven, IN_PART[ACTIVE_WINDOW.name]) == ("payload",)
+    assert equivalent_course(Baseline.of(driven), _window()) == told
 
 
 @pytest.mark.parametrize(("pieces", "again"), [([(90, 210)], False), ([(80, 90), (210, 220)], True)])
 def test_what_comes_in_pieces_has_no_window(pieces: list[tuple[int, int]], again: bool) -> None:
     """Between two pulses an offset of the other sign fits best, and about both as much is left."""
-    ground = Baseline.of(_growing(_pulses(*pieces)))
+    baseline = Baseline.of(_growing(_pulses(*pieces)))
     between = _window().at({ACTIVE_WINDOW.name: (min(b for _, b in pieces), 210.0) if again else (90.0, 210.0)})
-    with_it = ground.beside(between.columns(ground.problem))
-    assert comes_again(ground, with_it, between) == again
-    assert not comes_again(ground, with_it, Candidate(WARM))
+    with_it = baseline.with_columns(between.columns(baseline.problem))
+    assert recurs_outside_window(baseline, with_it, between) == again
+    assert not recurs_outside_window(baseline, with_it, Candidate(WARM))
 
 
 def test_what_is_left_elsewhere_is_another_window() -> None:
-    ground = Baseline.of(_growing(_pulses((40, 90), (210, 260))))
+    baseline = Baseline.of(_growing(_pulses((40, 90), (210, 260))))
     first = _window().at({ACTIVE_WINDOW.name: (40.0, 90.0)})
-    assert not comes_again(ground, ground.beside(first.columns(ground.problem)), first)
+    assert not recurs_outside_window(baseline, baseline.with_columns(first.columns(baseline.problem)), first)
 
 
 def test_a_course_that_the_data_do_not_tell_from_a_window_is_held_for_one() -> None:
     weak = [_growing(_pulses((90, 210)), 5e-5, policy) for policy in (STANDARD, replace(STANDARD, alpha=1e-300))]
-    assert [comes_and_goes(Baseline.of(one), _window()) == "" for one in weak] == [True, False]
+    assert [equivalent_course(Baseline.of(one), _window()) == "" for one in weak] == [True, False]
 
 
 @pytest.mark.parametrize(
@@ -95,22 +95,22 @@ def test_a_hearing_says_why_it_is_no_window(
     pieces: list[tuple[float, float]], span: tuple[float, float], told: str
 ) -> None:
     posed = _growing(_pulses(*pieces))
-    ground = Baseline.of(replace(posed, state=replace(posed.state, channels={})))
-    one = judged_at(ground, [_window().at({ACTIVE_WINDOW.name: span})])
+    baseline = Baseline.of(replace(posed, state=replace(posed.state, channels={})))
+    one = judge_settings(baseline, [_window().at({ACTIVE_WINDOW.name: span})])
     assert one is not None
-    with_it = ground.beside(one.candidate.columns(ground.problem))
-    hearing = CandidateTest(ground, None, ground, lambda *_: True)  # type: ignore[arg-type]
+    with_it = baseline.with_columns(one.candidate.columns(baseline.problem))
+    hearing = CandidateTest(baseline, None, baseline, lambda *_: True)  # type: ignore[arg-type]
     assert hearing._refusal_by_course(one, with_it) == told
 
 
 def test_what_acts_all_along_is_not_asked() -> None:
-    ground = Baseline.of(_growing(np.zeros(3000)))
-    assert comes_and_goes(ground, Candidate(WARM)) == ""
+    baseline = Baseline.of(_growing(np.zeros(3000)))
+    assert equivalent_course(baseline, Candidate(WARM)) == ""
 
 
 def test_a_sensitivity_that_follows_the_temperature_is_no_other_for_a_time() -> None:
     """With the effect left out of the library, nothing gets a window, neither as the best nor as its look-alike."""
     heat = recording(3000).temperature_degC
     assert heat is not None
-    found = select(_growing((heat - 15) / 3), without=frozenset({WARM.name})).found
+    found = select(_growing((heat - 15) / 3), without=frozenset({WARM.name})).accepted
     assert all(one.evidence.candidate.window is None for one in found)

@@ -10,9 +10,9 @@ import pytest
 
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.held_out import Evidence
-from diagnosis.evidence.windowed_candidates import _in, _is_worth, comes_again, windowed
+from diagnosis.evidence.windowed_candidates import _in, _is_worth, rank_windowed, recurs_outside_window
 from diagnosis.evidence.windows import Span
-from diagnosis.library.candidates import Candidate, proposed
+from diagnosis.library.candidates import Candidate, propose_candidates
 from diagnosis.policy import STANDARD, Policy
 from scenarios.arrays import Array
 from sim.effects.currents import EddyCurrent, MotorCurrent
@@ -36,8 +36,8 @@ def _during(begin_s: float, end_s: float) -> Array:
     return ((begin_s <= T_S) & (end_s > T_S)).astype(float)[:, None]
 
 
-def _found(ground: Baseline, members: dict[str, list[Candidate]]) -> dict[str, Evidence]:
-    return {one.name: one for one in windowed(ground, [], members)}
+def _found(baseline: Baseline, members: dict[str, list[Candidate]]) -> dict[str, Evidence]:
+    return {one.name: one for one in rank_windowed(baseline, [], members)}
 
 
 MOVED = MOTOR.columns(problem(n=N)) @ TO
@@ -58,8 +58,8 @@ def test_a_window_pays_for_all_pairs_of_ends_that_are_compared() -> None:
 
 @pytest.mark.parametrize("most", [1, 2])
 def test_so_many_windows_are_asked_the_strongest_first(most: int) -> None:
-    ground = _ground(MOVED * _during(60, 90), replace(STANDARD, tried_coloured=most))
-    found = windowed(ground, [], {MOTOR.name: [MOTOR]})
+    baseline = _ground(MOVED * _during(60, 90), replace(STANDARD, tried_coloured=most))
+    found = rank_windowed(baseline, [], {MOTOR.name: [MOTOR]})
     assert len(found) == most
     assert found[0].name == MOTOR.name
 
@@ -76,8 +76,8 @@ def _added(one: Candidate) -> Array:
 )
 def test_a_setting_is_chosen_in_the_window_and_the_window_by_it(effect: Any, name: str, value: float) -> None:
     """The first that is listed shows a part of it, in a window of its own."""
-    ground = _ground(_added(Candidate(effect, ((name, value),))) * _during(40, 100))
-    one = _found(ground, {effect.name: proposed(ground.problem)[effect.name]})[effect.name]
+    baseline = _ground(_added(Candidate(effect, ((name, value),))) * _during(40, 100))
+    one = _found(baseline, {effect.name: propose_candidates(baseline.problem)[effect.name]})[effect.name]
     assert dict(one.candidate.nonlinear)[name] == value
     assert one.candidate.window == pytest.approx((40.0, 100.0), abs=1.0)
 
@@ -108,6 +108,6 @@ def test_what_is_no_constant_may_act_from_a_moment_on() -> None:
 )
 def test_what_comes_and_goes_in_its_window_comes_again(course: Any, again: bool) -> None:
     """By three quarters of what it explains there, and not where it acts once more elsewhere."""
-    ground = _ground(sum(size * MOVED * _during(a, b) for a, b, size in course))
+    baseline = _ground(sum(size * MOVED * _during(a, b) for a, b, size in course))
     one = MOTOR.at({ACTIVE_WINDOW.name: (50.0, 140.0)})
-    assert comes_again(ground, ground.beside(one.columns(ground.problem)), one) is again
+    assert recurs_outside_window(baseline, baseline.with_columns(one.columns(baseline.problem)), one) is again

@@ -10,7 +10,7 @@ import pytest
 from diagnosis.evidence.binned_rows import BinnedRows
 from diagnosis.evidence.windowed_candidates import _is_one_sided
 from diagnosis.evidence.windows import Span, Timeline, _gains
-from diagnosis.library.candidates import changes_of_iron, proposed
+from diagnosis.library.candidates import iron_candidates, propose_candidates
 from diagnosis.policy import STANDARD
 from diagnosis.several.confirmation import confirmed
 from diagnosis.workflow import diagnose
@@ -37,13 +37,13 @@ MODEL = ModelSpec.model_validate(
 def test_the_best_window_gains_what_least_squares_says() -> None:
     posed = problem(hidden=SWITCHED)
     rows = BinnedRows.of(posed.state.time_s, posed.usable, posed.base, posed.target, posed.policy)
-    columns = proposed(posed)[DRIVEN.name][0].columns(posed)
-    span = Timeline.of(rows, np.zeros((len(columns), 3, 0))).best(rows.taken(columns))
+    columns = propose_candidates(posed)[DRIVEN.name][0].columns(posed)
+    span = Timeline.of(rows, np.zeros((len(columns), 3, 0))).best(rows.bin(columns))
     assert np.abs(np.subtract(span[:2], WINDOW)).max() < 0.15
     time_s = posed.state.time_s
-    inside = ((time_s >= span.from_s) & (time_s < span.to_s))[:, None, None]
+    accepted_columns = ((time_s >= span.from_s) & (time_s < span.to_s))[:, None, None]
     base = np.kron(posed.base, np.eye(3))
-    for part, gain in ((columns * inside, span.gain), (columns, span.whole_gain)):
+    for part, gain in ((columns * accepted_columns, span.gain), (columns, span.whole_gain)):
         left = [
             (y - X @ np.linalg.lstsq(X, y, rcond=None)[0])
             for y in [posed.target.ravel()]
@@ -68,7 +68,7 @@ def test_an_effect_in_a_fifth_of_the_run_is_named_with_its_window(attitude: bool
     if attitude:
         error = np.abs(np.subtract(getattr(one.effect, DRIVEN.linear[0]), GAIN[DRIVEN.linear[0]]))
         assert (error < 4 * one.spread[DRIVEN.linear[0]]).all()
-        assert confirmed(found, recording(hidden=SWITCHED, seed=3), MODEL, None, None).named[0].evidence == "single-run"
+        assert confirmed(found, recording(hidden=SWITCHED, seed=3), MODEL, None, None).named[0].transfer == "single-run"
 
 
 def test_a_magnet_brought_near_is_hard_iron_in_a_window_and_the_iron_beside_it_is_the_clean_runs() -> None:
@@ -127,7 +127,7 @@ def test_a_moment_is_no_window() -> None:
     """What acts for 3 s of 400 s is found in more: a window has a part of the run for itself."""
     posed = problem(hidden={"hard_iron": {"offset_nT": [30.0, -20.0, 25.0], "active_s": [201.0, 204.0]}})
     rows = BinnedRows.of(posed.state.time_s, posed.usable, posed.base, posed.target, posed.policy)
-    span = Timeline.of(rows, np.zeros((len(rows.target), 3, 0))).best(changes_of_iron()["hard_iron"][0].columns(posed))
+    span = Timeline.of(rows, np.zeros((len(rows.target), 3, 0))).best(iron_candidates()["hard_iron"][0].columns(posed))
     assert span.from_s <= 201.0 < 204.0 <= span.to_s
     assert span.to_s - span.from_s > 5.0
 
@@ -137,4 +137,4 @@ def test_coefficients_in_common_are_one_column_of_all_outputs() -> None:
     rows = BinnedRows.of(np.arange(400.0), np.ones(400), base, base @ np.array([2.0, -1.0, 0.5]), STANDARD)
     timeline = Timeline.of(rows, np.zeros((400, 2, 0)))
     assert timeline.Q.shape == (800, 3)
-    assert np.abs(timeline.left).max() < 1e-9
+    assert np.abs(timeline.residual).max() < 1e-9

@@ -7,7 +7,7 @@ import pytest
 from diagnosis.decision.selection import select
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.binned_rows import BinnedRows
-from diagnosis.evidence.held_out import judged_at
+from diagnosis.evidence.held_out import judge_settings
 from diagnosis.evidence.within_row import gain_within
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import STANDARD, Policy
@@ -26,9 +26,11 @@ def _tone() -> Candidate:
     return Candidate(effect, ((name, FAST_HZ),))
 
 
-def _waving(policy: Policy = COARSE, **beside: object) -> LinearProblem:
+def _waving(policy: Policy = COARSE, **coloured_baseline: object) -> LinearProblem:
     effect, name = _tone().effect, _tone().effect.with_role("frequency")
-    return problem(hidden={effect.name: {effect.linear[0]: [0.3, -0.2, 0.3], name: FAST_HZ}, **beside}, policy=policy)
+    return problem(
+        hidden={effect.name: {effect.linear[0]: [0.3, -0.2, 0.3], name: FAST_HZ}, **coloured_baseline}, policy=policy
+    )
 
 
 def _rows(posed: LinearProblem) -> BinnedRows:
@@ -37,7 +39,7 @@ def _rows(posed: LinearProblem) -> BinnedRows:
 
 def test_means_and_what_is_about_them_have_the_nats_of_all_samples() -> None:
     posed, tone = _waving(), _tone()
-    evidence = judged_at(Baseline.of(posed), [tone])
+    evidence = judge_settings(Baseline.of(posed), [tone])
     assert evidence is not None
     found = gain_within(posed, _rows(posed), (), tone.columns(posed))
     assert found == pytest.approx(evidence.gain, rel=0.2)  # of means 0.4 s long a hundredth of it is left
@@ -53,4 +55,4 @@ def test_nothing_is_counted_twice_where_the_means_show_it() -> None:
 
 def test_a_tone_faster_than_the_rows_is_named_beside_a_wander() -> None:
     posed = _waving(offset_random_walk={"std_nT_sqrt_s": [0.3] * 3})
-    assert _tone().name in {one.name for one in select(posed).found}
+    assert _tone().name in {one.name for one in select(posed).accepted}

@@ -13,9 +13,9 @@ from diagnosis.decision.iron import survival
 from diagnosis.library.candidates import (
     Candidate,
     amplitude_and_phase,
-    changes_of_iron,
+    iron_candidates,
     missing_channels,
-    proposed,
+    propose_candidates,
 )
 from diagnosis.problem.linear import LinearProblem
 from scenarios.arrays import Array
@@ -48,7 +48,7 @@ def test_columns_times_coefficients_are_what_the_effect_does(effect) -> None:  #
     by_neighbours = effect.continuous and not effect.traits.correlates_noise
     off = (1e-3 if by_neighbours else 1e-9) * np.abs(done).max()
     assert columns @ acting.coefficients() == pytest.approx(done, rel=1e-6, abs=off)
-    assert candidate.made(acting.coefficients()).coefficients() == pytest.approx(acting.coefficients())
+    assert candidate.to_effect(acting.coefficients()).coefficients() == pytest.approx(acting.coefficients())
 
 
 @pytest.mark.parametrize("phase_deg", [-140.0, 10.0, 75.0])
@@ -77,7 +77,7 @@ def test_small_angles_add_up(effect) -> None:  # type: ignore[no-untyped-def]
     """Tangents are right to first order: the error of a combination is of second."""
     posed = problem(noise_nT=0.01)
     c = np.array([0.4, -0.7, 0.5])
-    made = Candidate(effect).made(c)
+    made = Candidate(effect).to_effect(c)
     early = effect.stage in ("field", "vehicle")
     signal = posed.state.field_nT if early else posed.clean_nT
     done = made.apply(posed.state, signal, np.random.default_rng(0), {})
@@ -110,9 +110,9 @@ def test_coefficients_are_brought_into_bounds_and_known_to_be_beyond_them() -> N
     (effect,) = [e for e in EFFECTS if e.linear and "position" in e.needs and e.search_role() == "place"]
     candidate = Candidate(effect, ((effect.with_role("place"), (0.0, 0.0, -9.0)),))
     low, high = candidate.bounds[0]
-    assert candidate.possible(np.array([high, low, 0.0]))
-    assert not candidate.possible(np.array([1.01 * high, 0.0, 0.0]))
-    assert candidate.made(np.array([1.01 * high, 0.0, 0.0])).coefficients() == pytest.approx([high, 0.0, 0.0])
+    assert candidate.within_bounds(np.array([high, low, 0.0]))
+    assert not candidate.within_bounds(np.array([1.01 * high, 0.0, 0.0]))
+    assert candidate.to_effect(np.array([1.01 * high, 0.0, 0.0])).coefficients() == pytest.approx([high, 0.0, 0.0])
 
 
 @pytest.mark.parametrize("effect", WAVES, ids=lambda e: e.name)
@@ -124,8 +124,8 @@ def test_a_short_stretch_of_a_wave_that_is_too_high_is_one_of_a_shorter_wave(
     candidate, posed = Candidate(effect), problem(recording(1200))
     of_one = np.array(candidate.bounds)[:, 1] * [0.6, -0.3, 0.7]
     c = np.concatenate([sine * of_one, cosine * of_one])
-    made = candidate.made(c)
-    assert candidate.possible(c)
+    made = candidate.to_effect(c)
+    assert candidate.within_bounds(c)
     assert np.abs(made.coefficients()).max() < np.array(candidate.bounds).max()
     course = candidate.contribution_nT(posed) @ c
     given = made.contribution(posed.state, posed.clean_nT, np.random.default_rng(0), {})
@@ -138,17 +138,17 @@ def test_a_turn_beyond_its_bounds_is_not_possible_and_is_made_within_them(effect
     ((name, small),) = effect.tangents.items()
     high = next(p.high for p in effect.parameters() if p.name == name)
     c = np.linalg.solve(np.array(small).T, [high, 0.0, 0.0])
-    assert candidate.possible(0.99 * c)
-    assert not candidate.possible(1.1 * c)
-    assert np.allclose(getattr(candidate.made(1.1 * c), name), [high, 0.0, 0.0])
+    assert candidate.within_bounds(0.99 * c)
+    assert not candidate.within_bounds(1.1 * c)
+    assert np.allclose(getattr(candidate.to_effect(1.1 * c), name), [high, 0.0, 0.0])
 
 
 def test_a_delay_of_the_wrong_sign_is_not_possible() -> None:
     delays = [e for e in EFFECTS if not e.linear and not e.tangents and e.search]
     assert delays
     for effect in delays:
-        assert Candidate(effect).possible(np.array([1.0]))
-        assert not Candidate(effect).possible(np.array([-1.0]))
+        assert Candidate(effect).within_bounds(np.array([1.0]))
+        assert not Candidate(effect).within_bounds(np.array([-1.0]))
 
 
 def test_what_was_not_measured_is_not_proposed() -> None:
@@ -156,13 +156,13 @@ def test_what_was_not_measured_is_not_proposed() -> None:
     causes = {"temperature_degC": "temperature_degC", "current_A": "current_1_A", "pos_enu_m": "position"}
     for column, need in causes.items():
         posed = problem(replace(given, **{column: None}))
-        assert proposed(problem(given)).keys() - proposed(posed).keys()
-        assert not any(need in BY_NAME[name].needs for name in proposed(posed))
+        assert propose_candidates(problem(given)).keys() - propose_candidates(posed).keys()
+        assert not any(need in BY_NAME[name].needs for name in propose_candidates(posed))
         assert any(missing_channels(effect, posed) == (need,) for effect in EFFECTS)
 
 
 def test_without_attitude_nothing_that_needs_it_is_proposed() -> None:
-    names = proposed(problem(without_attitude(recording())))
+    names = propose_candidates(problem(without_attitude(recording())))
     assert names
     assert not any({"attitude", "position"} & set(BY_NAME[name].needs) for name in names)
 
@@ -171,36 +171,36 @@ def test_a_path_that_is_too_short_has_no_places() -> None:
     given = recording()
     assert given.pos_enu_m is not None
     still = replace(given, pos_enu_m=given.pos_enu_m * 0.01)
-    assert any("position" in BY_NAME[name].needs for name in proposed(problem(given)))
-    assert not any("position" in BY_NAME[name].needs for name in proposed(problem(still)))
+    assert any("position" in BY_NAME[name].needs for name in propose_candidates(problem(given)))
+    assert not any("position" in BY_NAME[name].needs for name in propose_candidates(problem(still)))
 
 
 def test_names_left_out_and_noises_are_not_proposed() -> None:
     posed = problem()
-    some = next(iter(proposed(posed)))
-    assert some not in proposed(posed, frozenset({some}))
-    assert not any(BY_NAME[name].stochastic for name in proposed(posed))
+    some = next(iter(propose_candidates(posed)))
+    assert some not in propose_candidates(posed, frozenset({some}))
+    assert not any(BY_NAME[name].stochastic for name in propose_candidates(posed))
 
 
 def test_each_motor_and_all_of_them_are_tried() -> None:
     posed = problem()
-    driven = [name for name in proposed(posed) if BY_NAME[name].with_role("motor")]
+    driven = [name for name in propose_candidates(posed) if BY_NAME[name].with_role("motor")]
     assert driven
     for name in driven:
         motor = BY_NAME[name].with_role("motor")
-        assert [dict(one.nonlinear)[motor] for one in proposed(posed)[name]] == [0, 1, 2]
+        assert [dict(one.nonlinear)[motor] for one in propose_candidates(posed)[name]] == [0, 1, 2]
 
 
-@pytest.mark.parametrize("name", changes_of_iron())
+@pytest.mark.parametrize("name", iron_candidates())
 def test_the_base_takes_up_whole_what_is_called_iron(name: str) -> None:
     posed = problem(noise_nT=0.01)
-    assert survival(posed, changes_of_iron()[name][0]) < 1e-3
+    assert survival(posed, iron_candidates()[name][0]) < 1e-3
 
 
 def test_the_base_leaves_most_of_what_a_free_motion_shows() -> None:
     posed = problem()
-    driven = [members[0] for name, members in proposed(posed).items() if BY_NAME[name].with_role("motor")]
-    assert all(survival(posed, member) > posed.policy.absorbed_survival for member in driven)
+    driven = [members[0] for name, members in propose_candidates(posed).items() if BY_NAME[name].with_role("motor")]
+    assert all(survival(posed, candidate) > posed.policy.absorbed_survival for candidate in driven)
 
 
 def test_a_delay_is_driven_by_the_rate_and_not_by_the_noise_of_an_attitude() -> None:
@@ -218,7 +218,10 @@ def test_without_attitude_no_loop_is_as_narrow_as_the_noise() -> None:
     """The field's course is the measurement there, and a narrow loop would follow its noise."""
     looped = next(effect.name for effect in EFFECTS if effect.stage == "sensor" and "gain" in effect.linear)
     noisy = recording(noise_nT=50.0)
-    with_it, bare = proposed(problem(noisy))[looped], proposed(problem(without_attitude(noisy)))[looped]
+    with_it, bare = (
+        propose_candidates(problem(noisy))[looped],
+        propose_candidates(problem(without_attitude(noisy)))[looped],
+    )
     least = min(float(np.min(dict(one.nonlinear)["threshold_nT"])) for one in bare)
     assert least > 15 * 50.0
     assert len(bare) < len(with_it)
@@ -231,12 +234,12 @@ def test_a_lag_of_the_measurements_own_rate_is_not_tried() -> None:
     assert lagged
     turning = replace(given, gyro_rad_s=np.full((300, 3), 0.1))
     for effect in lagged:
-        assert len(proposed(problem(given))[effect.name]) == 1
-        assert len(proposed(problem(turning))[effect.name]) == len(next(iter(effect.search.values())))
+        assert len(propose_candidates(problem(given))[effect.name]) == 1
+        assert len(propose_candidates(problem(turning))[effect.name]) == len(next(iter(effect.search.values())))
 
 
 @pytest.mark.parametrize(("sigma_nT", "least_nT"), [(4.9, 100.0), (5.1, 300.0)])
 def test_without_attitude_a_loop_is_twenty_times_the_noise(sigma_nT: float, least_nT: float) -> None:
     posed = replace(problem(without_attitude(recording(1000))), sigma_nT=np.array([sigma_nT]))
-    values = [np.min(dict(one.nonlinear)["threshold_nT"]) for one in proposed(posed)["hysteresis"]]
+    values = [np.min(dict(one.nonlinear)["threshold_nT"]) for one in propose_candidates(posed)["hysteresis"]]
     assert min(values) == least_nT

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from diagnosis.evidence.baseline import Baseline
-from diagnosis.library.candidates import proposed
-from diagnosis.library.dipole_position import ThinnedPath, _grid, places
+from diagnosis.library.candidates import propose_candidates
+from diagnosis.library.dipole_position import ThinnedPath, _grid, find_places
 from diagnosis.problem.linear import LinearProblem
 from scenarios.arrays import Array
 from tests.diagnosis.synthetic import FIELD_ENU_NT, STRENGTH_NT, pose, recording
@@ -42,7 +42,7 @@ def test_a_dipole_is_found_on_a_path_of_any_size(extent_m: float, distance_m: fl
     posed, _ = past_a_dipole(extent_m, distance_m, seed)
     residual = Baseline.of(posed).residual()
     thin = ThinnedPath.of(posed, residual)
-    found = places(posed, residual, proposed(posed)["local_dipole"][0])
+    found = find_places(posed, residual, propose_candidates(posed)["local_dipole"][0])
     best = max(thin.gain(np.array(dict(one.nonlinear)["position_enu_m"])) for one in found)
     assert best > 0.99 * float(thin.y @ thin.y)
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagnosis.next_leg.separation import Flown
+from diagnosis.next_leg.separation import LegProblem
 from diagnosis.next_leg.table import LegTable
 from tests.diagnosis.synthetic import problem
 
@@ -37,21 +37,21 @@ def test_the_leg_that_tells_the_least_apart_best_is_flown(nats, listed, best, sa
     """What no leg tells apart does not choose it; what is no look-alike does, and is not told."""
     table = LegTable(NAME, _pairs(*listed), LEGS, np.array(nats), 0.1)
     assert table.best == best
-    assert table.same == tuple(("name", other) for other in same)
+    assert table.inseparable == tuple(("name", other) for other in same)
 
 
 def test_nats_of_a_leg_are_those_of_the_hand_over_the_inflation() -> None:
     """With the effects that act always, and the iron refitted only where it is so in hand."""
     here, there = problem(n=300), problem(n=400)
     seen: list[Any] = []
-    pair = SimpleNamespace(apart=lambda leg: seen.append(leg) or 8.0)
-    table = LegTable.of(NAME, Flown(here, ("always",), False), (pair,), [(LEGS[0], there)], 4.0)  # type: ignore[arg-type]
+    pair = SimpleNamespace(separation_nats=lambda leg: seen.append(leg) or 8.0)
+    table = LegTable.of(NAME, LegProblem(here, ("always",), False), (pair,), [(LEGS[0], there)], 4.0)  # type: ignore[arg-type]
     assert table.nats.tolist() == [[2.0]]
-    assert [(leg.problem is there, leg.always, leg.iron) for leg in seen] == [(True, ("always",), False)]
+    assert [(leg.problem is there, leg.permanent, leg.iron) for leg in seen] == [(True, ("always",), False)]
 
 
 @pytest.mark.parametrize(("nats", "told"), [(0.08, []), (0.12, [0])])
 def test_two_are_told_apart_by_a_tenth_of_a_nat(nats: float, told: list[int]) -> None:
     """A leg is flown as often as it takes, but not for ever."""
-    here, pair = problem(n=300), SimpleNamespace(apart=lambda leg: nats)
-    assert LegTable.of(NAME, Flown(here, (), True), (pair,), [(LEGS[0], here)], 1.0).told == told  # type: ignore[arg-type]
+    here, pair = problem(n=300), SimpleNamespace(separation_nats=lambda leg: nats)
+    assert LegTable.of(NAME, LegProblem(here, (), True), (pair,), [(LEGS[0], here)], 1.0).separable == told  # type: ignore[arg-type]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from diagnosis.policy import STANDARD
-from diagnosis.problem.blocks import Cut, block_sums, fit, held_out, joined, squares, sums
+from diagnosis.problem.blocks import Cut, block_sums, extend_sums, fit, held_out_folds, squares, sums
 
 
 def test_fit_and_squares_equal_dense_least_squares() -> None:
@@ -15,8 +15,8 @@ def test_fit_and_squares_equal_dense_least_squares() -> None:
     base, columns, target = rng.normal(size=(n, 4)), rng.normal(size=(n, q, k)), rng.normal(size=(n, q))
     cut = Cut(10, 118, STANDARD.segment_blocks, STANDARD.splits)
     s = sums(cut, base, columns[:, :, :1], target, np.ones(n))
-    s = joined(s, cut, base, [columns[:, :, :1]], columns[:, :, 1:], target)
-    train = ~list(held_out(STANDARD))[1]
+    s = extend_sums(s, cut, base, [columns[:, :, :1]], columns[:, :, 1:], target)
+    train = ~list(held_out_folds(STANDARD))[1]
     f = fit(s, train)
     used = np.arange(n) < 1180
     rows = np.concatenate([np.repeat(train[cut.fold], cut.length), np.zeros(20, bool)])
@@ -37,7 +37,7 @@ def test_outputs_with_a_base_in_common_are_further_rows() -> None:
     base, columns, target = rng.normal(size=(n, q, p)), rng.normal(size=(n, q, k)), rng.normal(size=(n, q))
     cut = Cut(10, 120, STANDARD.segment_blocks, STANDARD.splits)
     s = sums(cut, base, columns, target, np.ones(n))
-    train = ~list(held_out(STANDARD))[2]
+    train = ~list(held_out_folds(STANDARD))[2]
     f = fit(s, train)
     rows = np.repeat(train[cut.fold], cut.length)
     dense = np.concatenate([base, columns], axis=2)
@@ -49,5 +49,5 @@ def test_outputs_with_a_base_in_common_are_further_rows() -> None:
 
 
 def test_what_is_held_out_and_trained_on_is_apart_and_goes_round() -> None:
-    held = np.array(list(held_out(STANDARD)))
+    held = np.array(list(held_out_folds(STANDARD)))
     assert (held.sum(axis=0) == STANDARD.held_segments).all()

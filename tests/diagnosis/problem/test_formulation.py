@@ -10,12 +10,12 @@ from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation
 
 from diagnosis.policy import STANDARD
-from diagnosis.problem.formulation import pose, posed, posed_anew
-from diagnosis.problem.linear import Instead, LinearProblem
+from diagnosis.problem.formulation import pose, pose_again, pose_model
+from diagnosis.problem.linear import LinearProblem, ReferenceCorrection
 from diagnosis.problem.rates import quieter_rate
 from diagnosis.problem.track import FieldTrack
-from diagnosis.problem.vector import stating
-from diagnosis.repair.chain import left_as_it_stands
+from diagnosis.problem.vector import with_attitude_std
+from diagnosis.repair.chain import residual_with_model_iron
 from scenarios.errors import InputError
 from sim.effects.base import Effect
 from sim.effects.currents import MotorCurrent
@@ -87,7 +87,7 @@ def test_an_error_of_the_attitude_that_is_stated_does_not_bend_the_turn(
     level_circles: LinearProblem, stated: bool
 ) -> None:
     """On level circles the field varies along the vertical by less than the attitude's error turns it."""
-    posed = stating(level_circles, ERROR_RAD * stated)
+    posed = with_attitude_std(level_circles, ERROR_RAD * stated)
     off = np.abs(posed.turn - MATRIX).max()
     assert off < 0.06 if stated else off > 0.3
 
@@ -96,12 +96,12 @@ def test_what_a_model_states_and_what_was_done_hold_where_a_problem_is_posed_ane
     level_circles: LinearProblem,
 ) -> None:
     gone = np.arange(len(level_circles.recording)) < 100
-    first, second = (Instead(words, "", FIELD_ENU_NT) for words in ("first", "second"))
-    before = replace(stating(level_circles, ERROR_RAD).without(gone), instead=(first,))
-    anew = posed_anew(before, before.recording, FIELD_ENU_NT, second)
+    first, second = (ReferenceCorrection(words, "", FIELD_ENU_NT) for words in ("first", "second"))
+    before = replace(with_attitude_std(level_circles, ERROR_RAD).without(gone), corrections=(first,))
+    anew = pose_again(before, before.recording, FIELD_ENU_NT, second)
     assert np.abs(anew.turn - MATRIX).max() < 0.06
     assert (anew.usable == ~gone).all()
-    assert anew.instead == (first, second)
+    assert anew.corrections == (first, second)
 
 
 def test_a_fixed_turn_of_the_sensor_leaves_no_gap() -> None:
@@ -123,7 +123,7 @@ def test_along_a_track_a_problem_is_posed_anew_with_its_field() -> None:
     given = recording(300)
     change = np.linspace(-3000.0, 3000.0, 300)[:, None] * [0.2, 1.0, 0.7]
     before = replace(problem(given), track=FieldTrack((50.0, 10.0, 5e5), change, np.zeros(300)))
-    anew = posed_anew(before, given, FIELD_ENU_NT, Instead("", "", FIELD_ENU_NT))
+    anew = pose_again(before, given, FIELD_ENU_NT, ReferenceCorrection("", "", FIELD_ENU_NT))
     strength_nT = np.linalg.norm(FIELD_ENU_NT + change, axis=1)
     assert np.linalg.norm(anew.state.field_nT, axis=1) == pytest.approx(strength_nT)
 
@@ -134,7 +134,7 @@ def test_ahead_of_the_iron_a_change_along_the_field_is_seen_whole_and_a_turn_not
     posed = problem(replace(given, mag_nT=given.mag_nT @ MATRIX.T))
     changes = along, np.cross(along, [0.3, -0.7, 0.6])
     for change, seen in zip(changes, (1.0, 0.0), strict=True):
-        assert (posed.sees_along * (change @ MATRIX.T)).sum(axis=1) == pytest.approx(seen, abs=1e-3)
+        assert (posed.field_projection * (change @ MATRIX.T)).sum(axis=1) == pytest.approx(seen, abs=1e-3)
 
 
 def test_samples_left_out_weigh_nothing() -> None:
@@ -203,7 +203,8 @@ def test_iron_that_is_not_known_is_fitted_in_the_place_of_the_models() -> None:
     tables = {"hard_iron": {"offset_nT": [500.0, -300.0, 200.0]}, "white_noise": {"std_nT": [NOISE_NT] * 3}}
     model = ModelSpec.model_validate({"effects": tables, "field": {"enu_nT": FIELD_ENU_NT.tolist()}})
     off = {
-        known: left_as_it_stands(posed(recording(), model, None, None, iron_known=known), ()) for known in (True, False)
+        known: residual_with_model_iron(pose_model(recording(), model, None, None, iron_known=known), ())
+        for known in (True, False)
     }
     assert np.sqrt((off[False] ** 2).mean()) == pytest.approx(1.0, rel=0.05)
     assert np.sqrt((off[True] ** 2).mean()) > 100

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from diagnosis.policy import STANDARD
-from diagnosis.problem.iron_by_dip import ByDip, fitted_iron_and_dip
+from diagnosis.problem.iron_by_dip import ByDip, fit_iron_by_dip
 from scenarios.arrays import Array
 
 FIELD_ENU_NT = np.array([2_000.0, 20_000.0, -43_000.0])
@@ -34,7 +34,7 @@ def test_the_iron_is_the_true_one_with_the_turn_of_the_sensor(wrong_deg: float) 
     """The strength alone does not see how the sensor sits; a constant error of the given dip bends nothing."""
     measured, down = _measured(60.0)
     given = np.full(SAMPLES, DIP_RAD + np.radians(wrong_deg))
-    iron = fitted_iron_and_dip(measured, np.full(SAMPLES, STRENGTH_NT), down, given, BLOCK, STANDARD)
+    iron = fit_iron_by_dip(measured, np.full(SAMPLES, STRENGTH_NT), down, given, BLOCK, STANDARD)
     assert np.allclose(iron.matrix, MATRIX, atol=3e-4)
     assert np.allclose(iron.offset_nT, OFFSET_NT, atol=8.0)
 
@@ -42,7 +42,7 @@ def test_the_iron_is_the_true_one_with_the_turn_of_the_sensor(wrong_deg: float) 
 def test_nearly_level_the_prior_stands_for_what_is_not_shown() -> None:
     measured, down = _measured(0.5)
     given = np.full(SAMPLES, DIP_RAD)
-    iron = fitted_iron_and_dip(measured, np.full(SAMPLES, STRENGTH_NT), down, given, BLOCK, STANDARD)
+    iron = fit_iron_by_dip(measured, np.full(SAMPLES, STRENGTH_NT), down, given, BLOCK, STANDARD)
     size = np.linalg.svd(iron.matrix)[1]
     assert 0.5 < size.min() < size.max() < 1.5
 
@@ -50,7 +50,7 @@ def test_nearly_level_the_prior_stands_for_what_is_not_shown() -> None:
 def test_counts_are_brought_to_the_unit_of_the_field() -> None:
     measured, down = _measured(60.0)
     of = (np.full(SAMPLES, STRENGTH_NT), down, np.full(SAMPLES, DIP_RAD), BLOCK, STANDARD)
-    counts, same = (fitted_iron_and_dip(values, *of) for values in (measured / 100, measured))
+    counts, same = (fit_iron_by_dip(values, *of) for values in (measured / 100, measured))
     assert np.allclose(counts.matrix / 100, same.matrix, rtol=1e-3, atol=1e-4)
 
 
@@ -59,6 +59,6 @@ def test_slopes_are_those_of_small_differences() -> None:
     y, down = rng.normal(size=(20, 3)), rng.normal(size=(20, 3))
     down /= np.linalg.norm(down, axis=1, keepdims=True)
     task = ByDip(y, rng.uniform(0.9, 1.1, 20), down, rng.uniform(-1, 1, 20), STANDARD)
-    theta = task.middle + 0.1 * rng.normal(size=13)
-    differences = [(task.left(theta + one) - task.left(theta - one)) / 2e-6 for one in 1e-6 * np.eye(13)]
-    assert np.allclose(task.slopes(theta), np.stack(differences, axis=2), atol=1e-7)
+    theta = task.prior_mean + 0.1 * rng.normal(size=13)
+    differences = [(task.residual(theta + one) - task.residual(theta - one)) / 2e-6 for one in 1e-6 * np.eye(13)]
+    assert np.allclose(task.jacobian(theta), np.stack(differences, axis=2), atol=1e-7)

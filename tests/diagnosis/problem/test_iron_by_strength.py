@@ -7,7 +7,7 @@ import pytest
 from scipy.ndimage import gaussian_filter1d
 
 from diagnosis.policy import STANDARD
-from diagnosis.problem.iron_by_strength import ByStrength, fitted_iron
+from diagnosis.problem.iron_by_strength import ByStrength, fit_iron_by_strength
 from diagnosis.problem.iron_fit import unit_of
 from scenarios.arrays import Array
 
@@ -26,7 +26,7 @@ def _measured(rng: np.random.Generator, least_up: float = -1.0, most_up: float =
 
 
 def test_over_the_whole_sphere_the_iron_is_the_true_one() -> None:
-    iron = fitted_iron(_measured(np.random.default_rng(0)), KNOWN_NT, BLOCK, STANDARD)
+    iron = fit_iron_by_strength(_measured(np.random.default_rng(0)), KNOWN_NT, BLOCK, STANDARD)
     assert np.allclose(iron.matrix, MATRIX, atol=2e-4)
     assert np.allclose(iron.offset_nT, OFFSET_NT, atol=5.0)
 
@@ -35,7 +35,7 @@ def test_far_values_do_not_bend_it() -> None:
     rng = np.random.default_rng(1)
     measured = _measured(rng)
     measured[rng.random(len(measured)) < 0.02] += 30_000.0
-    iron = fitted_iron(measured, KNOWN_NT, BLOCK, STANDARD)
+    iron = fit_iron_by_strength(measured, KNOWN_NT, BLOCK, STANDARD)
     assert np.allclose(iron.matrix, MATRIX, atol=5e-4)
 
 
@@ -43,7 +43,7 @@ def test_far_values_do_not_bend_it() -> None:
 def test_in_a_plane_the_prior_stands_for_what_the_motion_does_not_show(wander_nT: float) -> None:
     rng = np.random.default_rng(2)
     walk = gaussian_filter1d(rng.normal(size=(4000, 3)), 200, axis=0)
-    iron = fitted_iron(_measured(rng, -0.9, -0.899) + wander_nT * walk / walk.std(), KNOWN_NT, BLOCK, STANDARD)
+    iron = fit_iron_by_strength(_measured(rng, -0.9, -0.899) + wander_nT * walk / walk.std(), KNOWN_NT, BLOCK, STANDARD)
     size = np.linalg.svd(iron.matrix)[1]
     assert 0.5 < size.min() < size.max() < 1.5
     assert np.linalg.norm(iron.offset_nT) < FIELD_NT
@@ -52,13 +52,13 @@ def test_in_a_plane_the_prior_stands_for_what_the_motion_does_not_show(wander_nT
 def test_a_strong_disturbance_in_a_plane_does_not_carry_the_offset_away() -> None:
     rng = np.random.default_rng(5)
     switched = 3000.0 * np.sign(np.sin(np.arange(4000) / 150.0))[:, None] * [0.6, -0.3, 0.74]
-    iron = fitted_iron(_measured(rng, -0.9, -0.899) + switched, KNOWN_NT, BLOCK, STANDARD)
+    iron = fit_iron_by_strength(_measured(rng, -0.9, -0.899) + switched, KNOWN_NT, BLOCK, STANDARD)
     assert np.linalg.norm(iron.offset_nT) < 2 * FIELD_NT
 
 
 def test_measurements_in_another_unit_are_brought_to_the_field_s() -> None:
     measured = _measured(np.random.default_rng(3))
-    counts, same = (fitted_iron(values, KNOWN_NT, BLOCK, STANDARD) for values in (measured / 100, measured))
+    counts, same = (fit_iron_by_strength(values, KNOWN_NT, BLOCK, STANDARD) for values in (measured / 100, measured))
     assert np.allclose(counts.matrix / 100, same.matrix, rtol=1e-3, atol=1e-4)
 
 
@@ -66,8 +66,8 @@ def test_slopes_are_those_of_small_differences() -> None:
     rng = np.random.default_rng(4)
     theta, y = np.r_[1.1, 0.9, 1.0, 0.02, -0.01, 0.03, 0.1, -0.2, 0.05], rng.normal(size=(20, 3))
     task = ByStrength(y, np.ones(20), STANDARD)
-    differences = [(task.left(theta + one) - task.left(theta - one)) / 2e-6 for one in 1e-6 * np.eye(9)]
-    assert np.allclose(task.slopes(theta), np.stack(differences, axis=2), atol=1e-8)
+    differences = [(task.residual(theta + one) - task.residual(theta - one)) / 2e-6 for one in 1e-6 * np.eye(9)]
+    assert np.allclose(task.jacobian(theta), np.stack(differences, axis=2), atol=1e-8)
 
 
 def test_what_one_attitude_shows_is_shared_between_matrix_and_offset_as_little_as_either_is_expected() -> None:
@@ -75,7 +75,7 @@ def test_what_one_attitude_shows_is_shared_between_matrix_and_offset_as_little_a
     a = np.linspace(-0.1, 0.0, 10_001)
     expected = a[np.argmin((a / 0.25) ** 2 + ((1.1 - 1 / (1 + a)) / 0.5) ** 2)]
     measured = np.tile([1.1 * FIELD_NT, 0.0, 0.0], (100, 1))
-    iron = fitted_iron(measured, np.full(100, FIELD_NT), BLOCK, STANDARD)
+    iron = fit_iron_by_strength(measured, np.full(100, FIELD_NT), BLOCK, STANDARD)
     assert iron.matrix[0, 0] - 1 == pytest.approx(expected, rel=0.05)
 
 

@@ -15,7 +15,7 @@ from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose
 from diagnosis.problem.level import Level, dip_rad, upright
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.problem.strength import about
+from diagnosis.problem.strength import refit_iron
 from diagnosis.problem.track import FieldTrack
 from scenarios.arrays import Array
 from sim.effects.currents import MotorCurrent
@@ -72,8 +72,8 @@ def test_a_current_comes_out_at_its_size_with_a_smaller_error_than_by_the_streng
     left = []
     for posed in (alone, both):
         columns = Candidate(MotorCurrent, (("motor", 1),)).columns(posed)
-        ground = Baseline.of(posed)
-        left.append(ground.evidence_of(columns))
+        baseline = Baseline.of(posed)
+        left.append(baseline.evidence_of(columns))
     assert left[1] > 1.5 * left[0] > 50
 
 
@@ -81,7 +81,7 @@ def test_a_disturbance_that_was_taken_out_goes_in_again() -> None:
     """About iron that was fitted with a part out, what the part makes is in the target as its columns say."""
     before = _posed(hidden=CURRENT)
     part = np.outer(np.sin(np.arange(len(GIVEN)) / 40), [3.0, -5.0, 4.0])
-    after = about(before, part)
+    after = refit_iron(before, part)
     moved = (after.target - before.target).reshape(-1, 1)
     both = np.concatenate([before.base, after.base], axis=2).reshape(len(moved), -1)
     left = moved - both @ np.linalg.lstsq(both, moved, rcond=1e-10)[0]

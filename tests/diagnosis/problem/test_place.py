@@ -26,8 +26,8 @@ def test_an_effect_meets_what_stands_ahead_and_passes_what_stands_behind(
     """But for a constant, which is hard iron."""
     posed, made = problem(recording(600), given), effect(**effect.example)
     with_it, without = (apply_deterministic(some, posed.state)[0] for some in (insert_effects(given, [made]), given))
-    own = made.apply(posed.state, posed.met_nT(effect), np.random.default_rng(0), {})
-    off = own @ posed.turn_behind(effect).T - (with_it - without)
+    own = made.apply(posed.state, posed.input_nT(effect), np.random.default_rng(0), {})
+    off = own @ posed.matrix_behind(effect).T - (with_it - without)
     assert off == pytest.approx(np.tile(off[0], (600, 1)), abs=1e-6)
 
 
@@ -36,4 +36,4 @@ def test_without_a_model_all_that_differs_is_iron() -> None:
     posed = problem(hidden={"soft_iron": {"matrix": SoftIron.example["matrix"]}})
     assert posed.turn - np.eye(3) == pytest.approx(np.array(SoftIron.example["matrix"]), abs=1e-3)
     for one in EFFECTS:
-        assert posed.turn_behind(one) == pytest.approx(posed.turn if one.stage == "field" else np.eye(3))
+        assert posed.matrix_behind(one) == pytest.approx(posed.turn if one.stage == "field" else np.eye(3))

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from diagnosis.policy import STANDARD
-from diagnosis.problem.formulation import posed
-from diagnosis.problem.repeated_attitude import between_repeats
+from diagnosis.problem.formulation import pose_model
+from diagnosis.problem.repeated_attitude import interpolate_attitude
 from diagnosis.verdict import Verdict
 from diagnosis.workflow import diagnose
 from recordings import Recording
@@ -31,9 +31,9 @@ def test_a_slower_attitude_is_taken_between_its_own_values(pace: float) -> None:
     rows = np.arange(len(given))
     is_new = np.diff(rows // pace, prepend=-1.0) > 0
     last_new = np.maximum.accumulate(np.where(is_new, rows, 0))
-    problem = posed(_joined(given, last_new), MODEL, None, None)
+    problem = pose_model(_joined(given, last_new), MODEL, None, None)
     assert np.sqrt((problem.target**2).mean()) < 1.05
-    assert "repeated in" in problem.instead[0].words
+    assert "repeated in" in problem.corrections[0].words
 
 
 def test_nothing_is_missing_where_an_attitude_repeats() -> None:
@@ -61,14 +61,14 @@ def test_a_rest_is_no_slower_attitude() -> None:
     rows = np.arange(len(given))
     still = np.where((rows > 1000) & (rows < 3000), 1000, rows)
     resting = _joined(given, still)
-    assert between_repeats(resting, STANDARD).recording is resting
+    assert interpolate_attitude(resting, STANDARD).recording is resting
 
 
 def test_a_rest_stays_one_beside_a_slower_attitude() -> None:
     given = recording()
     rows = np.arange(len(given)) // 4 * 4
     still = np.where((rows > 1000) & (rows < 3000), 1000, rows)
-    found, share, unknown = between_repeats(_joined(given, still), STANDARD)
+    found, share, unknown = interpolate_attitude(_joined(given, still), STANDARD)
     assert share > 0.3
     assert np.flatnonzero(unknown).tolist() == [3997, 3998, 3999]
     assert found.att_q is not None
@@ -80,4 +80,4 @@ def test_a_log_that_repeats_whole_rows_is_told_by_the_magnetometer() -> None:
     given = recording()
     rows = np.arange(len(given)) // 2 * 2
     whole = replace(_joined(given, rows), mag_nT=given.mag_nT[rows])
-    assert between_repeats(whole, STANDARD).repeated == 0.0
+    assert interpolate_attitude(whole, STANDARD).repeated == 0.0

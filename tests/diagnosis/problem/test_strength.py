@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from diagnosis.evidence.baseline import Baseline
-from diagnosis.evidence.held_out import ranked
-from diagnosis.library.candidates import Candidate, proposed
+from diagnosis.evidence.held_out import rank_candidates
+from diagnosis.library.candidates import Candidate, propose_candidates
 from diagnosis.problem.formulation import pose
-from diagnosis.problem.formulation import posed as problem_of
+from diagnosis.problem.formulation import pose_model as problem_of
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.problem.relative import needs_field
 from diagnosis.problem.strength import turns_too_fast
@@ -31,7 +31,7 @@ def in_a_changing_field() -> tuple[Recording, np.ndarray]:
     return replace(given, mag_nT=given.mag_nT * share[:, None], att_q=None), STRENGTH_NT * share
 
 
-def posed(given: Recording) -> LinearProblem:
+def pose_model(given: Recording) -> LinearProblem:
     return pose(given, FIELD_ENU_NT, STRENGTH_NT, ())
 
 
@@ -44,14 +44,14 @@ def test_a_field_that_changes_along_the_path_is_no_gap_where_its_strength_is_mea
     given, strength_nT = in_a_changing_field()
     noise = np.random.default_rng(3).normal(scale=0.1, size=len(given))
     measured = replace(given, channels={**given.channels, SCALAR: strength_nT + noise})
-    assert left_nT(posed(given)) > 10 * NOISE_NT
-    assert left_nT(posed(measured)) == pytest.approx(NOISE_NT, rel=0.05)
+    assert left_nT(pose_model(given)) > 10 * NOISE_NT
+    assert left_nT(pose_model(measured)) == pytest.approx(NOISE_NT, rel=0.05)
 
 
 def test_the_measured_strength_goes_before_a_stated_one() -> None:
     given, strength_nT = in_a_changing_field()
     scaled = replace(given, channels={**given.channels, SCALAR: 1.01 * strength_nT})
-    size_nT = np.linalg.norm(posed(scaled).state.field_nT, axis=1)
+    size_nT = np.linalg.norm(pose_model(scaled).state.field_nT, axis=1)
     assert size_nT == pytest.approx(1.01 * STRENGTH_NT, rel=3e-3)
 
 
@@ -69,9 +69,9 @@ def test_a_strength_with_gaps_is_left_and_one_that_is_none_is_refused() -> None:
     given, strength_nT = in_a_changing_field()
     gaps, none = strength_nT.copy(), strength_nT - STRENGTH_NT
     gaps[5] = np.nan
-    assert left_nT(posed(replace(given, channels={SCALAR: gaps}))) > 10 * NOISE_NT
+    assert left_nT(pose_model(replace(given, channels={SCALAR: gaps}))) > 10 * NOISE_NT
     with pytest.raises(InputError, match="strength of a field"):
-        posed(replace(given, channels={SCALAR: none}))
+        pose_model(replace(given, channels={SCALAR: none}))
 
 
 def test_what_follows_the_fields_rate_is_found_without_attitude_and_gyro() -> None:
@@ -79,13 +79,13 @@ def test_what_follows_the_fields_rate_is_found_without_attitude_and_gyro() -> No
     matrix = [[0.02, 0.01, 0.0], [-0.01, -0.02, 0.015], [0.0, 0.01, 0.01]]
     given = without_attitude(recording(hidden={"eddy_current": {"matrix_s": matrix}}, noise_nT=5.0))
     assert given.gyro_rad_s is None
-    gap = posed(given)
-    assert ranked(Baseline.of(gap), proposed(gap))[0].name == "eddy_current"
+    gap = pose_model(given)
+    assert rank_candidates(Baseline.of(gap), propose_candidates(gap))[0].name == "eddy_current"
 
 
 def test_a_play_that_is_never_left_is_iron() -> None:
     """Its columns are those of the base: along a smoothed direction they followed the noise, and had a name."""
-    level = posed(without_attitude(recording(noise_nT=40.0)))
+    level = pose_model(without_attitude(recording(noise_nT=40.0)))
     columns = Candidate(Hysteresis, (("threshold_nT", 1e6),)).columns(level)[:, 0]
     left = columns - level.base @ np.linalg.lstsq(level.base, columns, rcond=None)[0]
     assert np.abs(left).max() < 1e-6 * np.abs(columns).max()
@@ -103,4 +103,4 @@ def test_a_magnet_that_turns_beside_a_sensor_at_rest_is_no_motion_of_it() -> Non
     assert told.sentence.startswith("The field turns at")
     assert not told.named
     turned = replace(seen, gyro_rad_s=np.tile([0.0, 26.0, 0.0], (len(time_s), 1)))
-    assert not turns_too_fast(posed(turned))
+    assert not turns_too_fast(pose_model(turned))

@@ -10,7 +10,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from diagnosis.decision.remarks import long_climb
-from diagnosis.problem.formulation import posed
+from diagnosis.problem.formulation import pose_model
 from diagnosis.problem.track import FieldTrack
 from diagnosis.workflow import diagnose
 from recordings import Recording
@@ -56,7 +56,7 @@ def test_many_places_at_once_are_the_model_at_each() -> None:
 def test_the_fields_rate_has_what_changes_on_the_way() -> None:
     """A delay of a satellite's magnetometer shows in it where its turn looks like iron."""
     given = _flown()
-    state = posed(given, _model(), None, None).state
+    state = pose_model(given, _model(), None, None).state
     turned = np.cross(state.rate_rad_s, state.field_nT)
     on_the_way = np.einsum("nij,nj->ni", state.R_wb, state.field_rate_nT_s + turned)
     along = earth_field_along(np.column_stack([given.channels[key] for key in (LATITUDE, LONGITUDE, ALTITUDE)]), DATE)
@@ -67,11 +67,11 @@ def test_the_fields_rate_has_what_changes_on_the_way() -> None:
 @pytest.mark.parametrize("attitude", [True, False])
 def test_the_field_changes_along_the_track(attitude: bool) -> None:
     given = _flown() if attitude else without_attitude(_flown())
-    problem = posed(given, _model(), None, None)
+    problem = pose_model(given, _model(), None, None)
     assert np.sqrt((problem.target**2).mean()) < 1.1
     assert problem.sigma_nT == pytest.approx(NOISE_NT, rel=0.1)
     bare = replace(given, channels={})
-    assert np.sqrt((posed(bare, _model(), None, None).target ** 2).mean()) > 20
+    assert np.sqrt((pose_model(bare, _model(), None, None).target ** 2).mean()) > 20
 
 
 def test_an_effect_is_named_beside_the_track() -> None:
@@ -113,8 +113,8 @@ def test_an_orbit_is_followed() -> None:
     mag_nT = np.ones((len(turn), 3))
     track = FieldTrack.of(Recording(np.arange(len(turn), dtype=float), mag_nT, channels=channels), FIELD)
     assert track is not None
-    assert track.middle == tuple(places[len(turn) // 2])  # a row away it is 97 nT more
-    here = earth_field_along(np.array([track.middle]), DATE)
+    assert track.central_reference == tuple(places[len(turn) // 2])  # a row away it is 97 nT more
+    here = earth_field_along(np.array([track.central_reference]), DATE)
     at = slice(37, None, 500)
     assert track.change_enu_nT[at] == pytest.approx(earth_field_along(places[at], DATE) - here, abs=1.0)
 
@@ -135,12 +135,12 @@ def _risen(*, noise_nT: float = NOISE_NT) -> Recording:
 def test_a_balloons_field_falls_with_its_height(attitude: bool) -> None:
     """A log with its altitude alone, beside a model that is given by its place."""
     given = _risen() if attitude else without_attitude(_risen())
-    assert np.sqrt((posed(given, _model(), None, None).target ** 2).mean()) < 1.1
+    assert np.sqrt((pose_model(given, _model(), None, None).target ** 2).mean()) < 1.1
     bare = replace(given, channels={})
-    assert np.sqrt((posed(bare, _model(), None, None).target ** 2).mean()) > 5
+    assert np.sqrt((pose_model(bare, _model(), None, None).target ** 2).mean()) > 5
     track = FieldTrack.of(given, FIELD)
     assert track is not None
-    assert track.middle == (12.0, 85.0, 0.0)  # the place that the given field is of
+    assert track.central_reference == (12.0, 85.0, 0.0)  # the place that the given field is of
 
 
 def test_a_height_beside_one_vector_is_told_first() -> None:

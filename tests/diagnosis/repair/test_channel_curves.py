@@ -10,8 +10,8 @@ import pytest
 
 from diagnosis import workflow
 from diagnosis.evidence.baseline import Baseline
-from diagnosis.evidence.localise import Share
-from diagnosis.repair.channel_curves import _left, followed_instead
+from diagnosis.evidence.localise import ChannelShare
+from diagnosis.repair.channel_curves import _modelled_gap, better_channels
 from diagnosis.verdict import Verdict
 from recordings.channels import current_name
 from tests.diagnosis.decision.answers import FOUND, case_of
@@ -26,11 +26,11 @@ from tests.diagnosis.synthetic import problem
 )
 def test_curves_stand_for_names_where_they_explain_much_more(channel: str, explained: float, instead: bool) -> None:
     posed = problem(disturbed(3 * np.tanh(2 * load(0)), load=load(0)))
-    case = case_of(FOUND, clean=False, explained=explained, problem=posed, where=(Share(channel, "body", 0.5),))
-    found = followed_instead(Baseline.of(posed), case)
+    case = case_of(FOUND, clean=False, explained=explained, problem=posed, where=(ChannelShare(channel, "body", 0.5),))
+    found = better_channels(Baseline.of(posed), case)
     assert (found is not None) == instead
     assert not instead or "load" in {cause for one in found.named for cause in one.effect.required_inputs}
-    assert followed_instead(Baseline.of(posed), case_of(FOUND, clean=False, problem=posed)) is None
+    assert better_channels(Baseline.of(posed), case_of(FOUND, clean=False, problem=posed)) is None
 
 
 @pytest.mark.parametrize(("doubts", "names", "beside"), [((), 1, True), ((), 0, False), (("wrong",), 1, False)])
@@ -38,9 +38,9 @@ def test_curves_are_looked_for_beside_names_too_small_to_be_told_but_not_beside_
     doubts: tuple[str, ...], names: int, beside: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     asked: list[tuple[str, ...]] = []
-    monkeypatch.setattr(workflow, "followed", lambda *grounds: asked.append(grounds))
-    selection = SimpleNamespace(start="start", end="end", found=["name"] * names)
-    seen: Any = SimpleNamespace(belief=SimpleNamespace(selection=selection, noise=None))
+    monkeypatch.setattr(workflow, "follow_channels", lambda *baselines: asked.append(baselines))
+    selection = SimpleNamespace(start="start", end="end", accepted=["name"] * names)
+    seen: Any = SimpleNamespace(conclusion=SimpleNamespace(selection=selection, noise=None))
     workflow._curves(seen, case_of(FOUND), Verdict.UNKNOWN, doubts)
     assert asked == [("start",)] + [("start", "end")] * beside
 
@@ -53,5 +53,7 @@ def test_what_iron_leaves_where_it_was_not_fitted_is_no_gap_that_a_curve_explain
         return np.full(posed.target.shape, 1.2 if use is None else 3.0)
 
     start: Any = SimpleNamespace(problem=posed, residual=left, splits=[np.ones(2, bool)])
-    end: Any = SimpleNamespace(residual=lambda use: left(), held_samples=lambda: np.arange(len(posed.target)) % 2 > 0)
-    assert _left(start, end).gap.explained == pytest.approx(0.0)
+    end: Any = SimpleNamespace(
+        residual=lambda use: left(), held_out_samples=lambda: np.arange(len(posed.target)) % 2 > 0
+    )
+    assert _modelled_gap(start, end).gap.explained == pytest.approx(0.0)

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from diagnosis.policy import STANDARD
-from diagnosis.repair.named_effects import noise_of
+from diagnosis.repair.named_effects import named_noise
 from sim.effects.offsets import OffsetRandomWalk
 
 
@@ -23,6 +23,6 @@ def test_noise_of_open_nature_lists_the_three_effects_that_explain_most(
         effect=OffsetRandomWalk((1.0,) * 3), alternatives=("flicker_noise",), gain=30.0, identified=identified
     )
     end = SimpleNamespace(problem=SimpleNamespace(policy=STANDARD))
-    belief: Any = SimpleNamespace(selection=SimpleNamespace(end=end, judged=judged), noise=noise)
-    (one,) = noise_of(belief, ())
+    conclusion: Any = SimpleNamespace(selection=SimpleNamespace(end=end, results=judged), noise=noise)
+    (one,) = named_noise(conclusion, ())
     assert one.alternatives == ("flicker_noise", *listed)

@@ -10,10 +10,10 @@ import pytest
 from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose
 from diagnosis.problem.level import Level
-from diagnosis.problem.linear import Instead, LinearProblem
-from diagnosis.repair.new_model import patched
-from diagnosis.repair.refinement import refined
-from diagnosis.result import How, Named
+from diagnosis.problem.linear import LinearProblem, ReferenceCorrection
+from diagnosis.repair.new_model import patch_model
+from diagnosis.repair.refinement import refine
+from diagnosis.result import EvidenceKind, NamedEffect
 from scenarios.toml import as_dict
 from sim.chain import apply_deterministic
 from sim.effects.base import Effect
@@ -60,8 +60,8 @@ def _posed(effect: Effect) -> LinearProblem:
 def test_a_model_without_one_given_predicts_another_recording(effect: Effect) -> None:
     """The iron is fitted beside the effect, which stands where the simulator has it."""
     posed = _posed(effect)
-    fine = refined(posed, [effect], np.ones(N, bool)).effects[0]
-    chain = patched(ModelSpec(), [Named(fine, (), How.HELD_OUT, 100.0, 1.0)], posed).chain()
+    fine = refine(posed, [effect], np.ones(N, bool)).effects[0]
+    chain = patch_model(ModelSpec(), [NamedEffect(fine, (), EvidenceKind.HELD_OUT, 100.0, 1.0)], posed).chain()
     other = problem(recording(2 * N, seed=1, hidden=IRON | _hidden(effect)))
     left_nT = other.recording.mag_nT - apply_deterministic(chain, other.state)[0]
     assert np.sqrt((left_nT**2).mean()) == pytest.approx(2.0, rel=0.05)
@@ -72,7 +72,7 @@ def test_without_attitude_the_iron_is_fitted_beside_the_effect() -> None:
     effect = DRIVEN(**{DRIVEN.linear[0]: GAIN})
     given = recording(N, hidden={"hard_iron": {"offset_nT": OFFSET_NT}} | _hidden(effect))
     posed = replace(problem(without_attitude(given)), iron_known=False)
-    chain = patched(ModelSpec(), [Named(effect, (), How.HELD_OUT, 100.0, 1.0)], posed).chain()
+    chain = patch_model(ModelSpec(), [NamedEffect(effect, (), EvidenceKind.HELD_OUT, 100.0, 1.0)], posed).chain()
     offset_nT = next(one for one in chain if one.name == "hard_iron").coefficients()
     assert offset_nT == pytest.approx(OFFSET_NT, abs=10.0)
 
@@ -83,9 +83,9 @@ IN_PART = HardIron((5.0, 3.0, 1.0), active_s=(1.0, 9.0))
 
 
 def _patched(new: Effect, given: tuple[Effect, ...], model: Model | None = None, instead: bool = False) -> Scenario:
-    done = (Instead("", "", np.array([1e3, 2e4, -4e4])),) if instead else ()
+    done = (ReferenceCorrection("", "", np.array([1e3, 2e4, -4e4])),) if instead else ()
     posed = replace(problem(recording(300), given), instead=done)
-    return patched(model or ModelSpec(), [Named(new, (), How.HELD_OUT, 100.0, 1.0)], posed)
+    return patch_model(model or ModelSpec(), [NamedEffect(new, (), EvidenceKind.HELD_OUT, 100.0, 1.0)], posed)
 
 
 @pytest.mark.parametrize(
@@ -131,10 +131,10 @@ def test_without_a_heading_the_noise_is_that_of_the_strength() -> None:
     given = recording(300)
     level = Level.of(problem(given).state.R_wb, FIELD_ENU_NT, STANDARD)
     posed = pose(without_attitude(given), None, STRENGTH_NT, (), level=level)
-    named = [Named(IN_PART, (), How.HELD_OUT, 100.0, 1.0)]
+    named = [NamedEffect(IN_PART, (), EvidenceKind.HELD_OUT, 100.0, 1.0)]
     (noise,) = (
         one
-        for one in patched(ModelSpec(), named, replace(posed, sigma_nT=np.array([2.0, 9.0]))).chain()
+        for one in patch_model(ModelSpec(), named, replace(posed, sigma_nT=np.array([2.0, 9.0]))).chain()
         if isinstance(one, WhiteNoise)
     )
     assert noise.std_nT == (2.0, 2.0, 2.0)

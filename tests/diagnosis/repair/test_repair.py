@@ -11,10 +11,10 @@ import pytest
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import STANDARD
-from diagnosis.repair.chain import fitted_iron, left_as_it_stands, left_with_iron_refitted, predict
-from diagnosis.repair.named_effects import _as_causes
-from diagnosis.repair.refinement import refined, variances, without_open_part
-from diagnosis.result import How, Named
+from diagnosis.repair.chain import fitted_iron, predict, residual_with_iron_refitted, residual_with_model_iron
+from diagnosis.repair.named_effects import _by_cause
+from diagnosis.repair.refinement import refine, variances, without_open_part
+from diagnosis.result import EvidenceKind, NamedEffect
 from scenarios.arrays import Array
 from scenarios.errors import InputError
 from sim.effects import BY_NAME, EFFECTS
@@ -65,7 +65,7 @@ def _dense(refit_iron: bool) -> tuple[Array, Array]:
 @pytest.mark.parametrize("refit_iron", [True, False])
 def test_refined_parameters_are_those_of_the_closed_form(refit_iron: bool) -> None:
     posed = problem(hidden={DRIVEN.name: {DRIVEN.linear[0]: GAIN}})
-    fine = refined(posed, [START], EVERY, refit_iron=refit_iron)
+    fine = refine(posed, [START], EVERY, refit_iron=refit_iron)
     c, std = _dense(refit_iron)
     assert getattr(fine.effects[0], DRIVEN.linear[0]) == pytest.approx(c, abs=0.02 * std.max() + 1e-3)
     assert fine.spread[0][DRIVEN.linear[0]] == pytest.approx(std, rel=0.02)
@@ -74,7 +74,7 @@ def test_refined_parameters_are_those_of_the_closed_form(refit_iron: bool) -> No
 
 def test_colour_widens_by_its_root() -> None:
     posed = problem(hidden={DRIVEN.name: {DRIVEN.linear[0]: GAIN}})
-    plain, wide = (refined(posed, [START], EVERY, V).spread[0][DRIVEN.linear[0]] for V in (1.0, 9.0))
+    plain, wide = (refine(posed, [START], EVERY, V).spread[0][DRIVEN.linear[0]] for V in (1.0, 9.0))
     assert wide == pytest.approx(3 * plain, rel=1e-6)
 
 
@@ -82,14 +82,14 @@ def test_a_state_of_the_start_is_fitted_to_the_start() -> None:
     """Where it decays in a second, segments that begin later say nothing of it, and what they fit is anything."""
     core = Hysteresis(**CORE)
     posed = problem(hidden={core.name: CORE})
-    train = ~Baseline.of(posed, [Candidate.of(core).columns(posed)]).held_samples()
-    left = left_with_iron_refitted(posed, refined(posed, [core], train).effects, train)
+    train = ~Baseline.of(posed, [Candidate.of(core).columns(posed)]).held_out_samples()
+    left = residual_with_iron_refitted(posed, refine(posed, [core], train).effects, train)
     assert np.abs(left[:20]).max() < 5
 
 
 def test_without_attitude_nothing_is_refined() -> None:
     posed = problem(without_attitude(recording()))
-    assert refined(posed, [START], EVERY).effects == (START,)
+    assert refine(posed, [START], EVERY).effects == (START,)
 
 
 def test_a_direction_that_the_data_leave_open_has_no_interval() -> None:
@@ -156,7 +156,7 @@ def test_without_a_model_what_is_fitted_predicts_the_measurement() -> None:
 def test_a_correction_of_the_iron_turns_what_is_ahead_of_it_or_follows_the_field(effect: Effect) -> None:
     """The model has no iron, of which the sensor has much: with it fitted only the noise is left."""
     values = {p.name: getattr(effect, p.name) for p in effect.parameters() if getattr(effect, p.name) is not None}
-    left = left_with_iron_refitted(problem(hidden=IRON | {effect.name: values}), [effect], EVERY)
+    left = residual_with_iron_refitted(problem(hidden=IRON | {effect.name: values}), [effect], EVERY)
     assert np.sqrt((left**2).mean()) == pytest.approx(1.0, abs=0.05)
 
 
@@ -168,7 +168,7 @@ def test_iron_is_brought_into_its_bounds() -> None:
 
 def test_the_right_effect_takes_the_gap_away() -> None:
     posed = problem(hidden={DRIVEN.name: {DRIVEN.linear[0]: GAIN}})
-    for left in (left_as_it_stands, lambda posed, new: left_with_iron_refitted(posed, new, EVERY)):
+    for left in (residual_with_model_iron, lambda posed, new: residual_with_iron_refitted(posed, new, EVERY)):
         before, after = (float((left(posed, new) ** 2).mean()) for new in ([], [TRUTH]))
         assert before > 1.5
         assert after == pytest.approx(1.0, abs=0.08)
@@ -184,10 +184,10 @@ def test_numbers_that_do_not_go_together_are_refused() -> None:
 
 def test_the_form_of_a_cause_belongs_to_it_and_is_no_second_name() -> None:
     posed, effects = problem(), (HardIron((1.0, 0.0, 0.0)), SensorOffset((0.0, 2.0, 0.0)))
-    first, form = (Named(effect, (), How.HELD_OUT, 50.0, 1.0) for effect in effects)
-    (one,) = _as_causes(posed, [(first, first.name), (form, first.name)], ())
+    first, form = (NamedEffect(effect, (), EvidenceKind.HELD_OUT, 50.0, 1.0) for effect in effects)
+    (one,) = _by_cause(posed, [(first, first.name), (form, first.name)], ())
     assert (one.name, one.also) == (first.name, (effects[1],))
-    assert len(_as_causes(posed, [(first, first.name), (form, form.name)], ())) == 2
+    assert len(_by_cause(posed, [(first, first.name), (form, form.name)], ())) == 2
 
 
 @pytest.mark.parametrize(("apart", "open_"), [(5e-6, True), (2e-5, False)])

@@ -12,12 +12,12 @@ import pytest
 
 from diagnosis.answer import answer
 from diagnosis.problem.array_sensor import model_of_sensor, of_sensor
-from diagnosis.problem.formulation import posed
+from diagnosis.problem.formulation import pose_model
 from diagnosis.question import Question
 from diagnosis.result import Transfer
 from diagnosis.several.array import diagnose_sensors, worst
 from diagnosis.several.result import PooledDiagnosis
-from diagnosis.several.transfer import There
+from diagnosis.several.transfer import Presence
 from diagnosis.sources import check_single, file_sources, of_one_array
 from diagnosis.verdict import Verdict
 from recordings import Recording, write_recording
@@ -38,7 +38,7 @@ def array(*hidden: dict[str, Any], n: int = 1000) -> Recording:
 def sensors(*hidden: dict[str, Any]) -> PooledDiagnosis:
     whole = array(*hidden)
     several = [of_sensor(whole, k + 1, "test") for k in range(len(hidden))]
-    problems = [posed(one, MODEL, FIELD_ENU_NT, None, iron_known=False) for one in several]
+    problems = [pose_model(one, MODEL, FIELD_ENU_NT, None, iron_known=False) for one in several]
     names = [f"dive@{k + 1}" for k in range(len(hidden))]
     return diagnose_sensors(names, problems, [MODEL] * len(hidden))
 
@@ -46,8 +46,8 @@ def sensors(*hidden: dict[str, Any]) -> PooledDiagnosis:
 def test_what_all_feel_alike_comes_from_far() -> None:
     found = sensors(motor(1.0), motor(1.0))
     (one,) = found.common
-    assert (found.verdict, one.name, one.reach) == (Verdict.NAMED, "motor_current", Transfer.TRANSFERRED)
-    assert "far off" in found.advice[0]
+    assert (found.verdict, one.name, one.transfer) == (Verdict.NAMED, "motor_current", Transfer.TRANSFERRED)
+    assert "far away" in found.advice[0]
     (told,) = found.as_dict()["effects"]
     assert (told["evidence"], told["among_sensors"]) == ("single-run", "the same")
 
@@ -55,7 +55,7 @@ def test_what_all_feel_alike_comes_from_far() -> None:
 def test_what_differs_comes_from_near_also_with_the_other_sign() -> None:
     found = sensors(motor(1.0), motor(-0.5))
     (one,) = found.common
-    assert one.reach is Transfer.NOT_TRANSFERRED
+    assert one.transfer is Transfer.NOT_TRANSFERRED
     assert "dive@2 has least, dive@1 2" in found.advice[0]
     assert [each["verdict"] for each in found.as_dict()["sensors"]] == ["named", "named"]
 
@@ -64,7 +64,7 @@ def test_what_one_sensor_shows_is_its_own_and_makes_the_headline() -> None:
     found = sensors({}, motor(1.0))
     assert found.common == ()
     (one,) = found.single
-    assert one.there == (There.ABSENT, There.PRESENT)
+    assert one.presence == (Presence.ABSENT, Presence.PRESENT)
     assert found.as_dict()["worst"] == "dive@2"
     assert found.sentence.startswith("dive@2, of 2 sensors (1 none, 1 named): Missing in the model: motor_current")
     assert "not in dive@1" in found.advice[0]

@@ -8,8 +8,8 @@ import pytest
 from diagnosis.several.coefficients import (
     CoefficientEstimate,
     agreement,
-    foretold,
-    left_out_gains,
+    cross_predicted_gains,
+    predicted_by_others,
     with_scatter,
 )
 
@@ -31,9 +31,9 @@ def test_pooled_coefficients_are_those_of_all_samples_in_one_fit() -> None:
     whole = np.linalg.lstsq(np.vstack(X), np.concatenate(y), rcond=None)[0]
     assert agreement(several, 0.0).c == pytest.approx(whole, rel=1e-9)
     others = np.linalg.lstsq(np.vstack(X[1:]), np.concatenate(y[1:]), rcond=None)[0]
-    assert foretold(several)[0] == pytest.approx(others, rel=1e-9)
+    assert predicted_by_others(several)[0] == pytest.approx(others, rel=1e-9)
     left = (y[0] ** 2).sum() / 2 - ((y[0] - X[0] @ others) ** 2).sum() / 2
-    assert left_out_gains(several)[0] == pytest.approx(left, rel=1e-9)
+    assert cross_predicted_gains(several)[0] == pytest.approx(left, rel=1e-9)
 
 
 def test_equal_coefficients_differ_at_the_rate_that_is_stated() -> None:
@@ -69,7 +69,7 @@ def test_what_a_recording_leaves_open_is_neither_a_difference_nor_a_forecast() -
 def test_noise_foretells_nothing() -> None:
     """The others' coefficients lose on average half a column a recording where nothing is there."""
     rng = np.random.default_rng(4)
-    nats = [left_out_gains([drawn(rng, 0 * TRUE)[0] for _ in range(3)]).sum() for _ in range(300)]
+    nats = [cross_predicted_gains([drawn(rng, 0 * TRUE)[0] for _ in range(3)]).sum() for _ in range(300)]
     assert np.mean(nats) == pytest.approx(-9 / 4, abs=0.4)
     assert np.mean(np.array(nats) > np.log(29 / 0.001)) == 0.0
 

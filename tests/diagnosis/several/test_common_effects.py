@@ -11,21 +11,21 @@ import pytest
 
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import STANDARD
-from diagnosis.problem.formulation import posed
+from diagnosis.problem.formulation import pose_model
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.result import How, Named, Transfer
+from diagnosis.result import EvidenceKind, NamedEffect, Transfer
 from diagnosis.several.coefficients import CoefficientEstimate, agreement
 from diagnosis.several.common_effects import (
-    Common,
+    CommonEffect,
     _ratios,
-    _reach,
-    changes_of_iron,
-    fitted_effect,
-    of_one_course,
-    seen_by_values,
+    _transfer_of,
+    common_fitted_effect,
+    common_iron_changes,
+    common_value_effects,
+    with_common_rivals,
 )
-from diagnosis.several.transfer import There
-from diagnosis.workflow import examined
+from diagnosis.several.transfer import Presence
+from diagnosis.workflow import examine
 from recordings.channels import TEMPERATURE
 from sim.effects import EFFECTS
 from sim.effects.iron import HardIron, HardIronDrift
@@ -34,7 +34,7 @@ from sim.scenario import ModelSpec
 from tests.diagnosis.synthetic import FIELD_ENU_NT, problem, recording
 
 N = 2000
-DRIFT = Named(HardIronDrift(rate_nT_h=(900.0, 200.0, 400.0)), (), How.HELD_OUT, 100.0, 1.0)
+DRIFT = NamedEffect(HardIronDrift(rate_nT_h=(900.0, 200.0, 400.0)), (), EvidenceKind.HELD_OUT, 100.0, 1.0)
 MODEL = ModelSpec.model_validate(
     {"effects": {"white_noise": {"std_nT": [2.0] * 3}}, "field": {"enu_nT": FIELD_ENU_NT.tolist()}}
 )
@@ -51,24 +51,24 @@ RISES, COMES_BACK = flown(15 + 5 * np.sqrt(UP)), flown(15 + 5 * np.sin(7 * UP))
 @pytest.mark.parametrize(
     ("problems", "there", "rivals"),
     [
-        ((RISES, RISES), (There.PRESENT, There.PRESENT), (TEMPERATURE,)),
-        ((RISES, COMES_BACK), (There.PRESENT, There.PRESENT), ()),
-        ((RISES, COMES_BACK), (There.PRESENT, There.ABSENT), (TEMPERATURE,)),
+        ((RISES, RISES), (Presence.PRESENT, Presence.PRESENT), (TEMPERATURE,)),
+        ((RISES, COMES_BACK), (Presence.PRESENT, Presence.PRESENT), ()),
+        ((RISES, COMES_BACK), (Presence.PRESENT, Presence.ABSENT), (TEMPERATURE,)),
     ],
 )
 def test_a_channel_is_a_rival_where_it_goes_the_same_way_in_all_that_have_the_effect(problems, there, rivals) -> None:
-    one = Common(DRIFT, (DRIFT, DRIFT), there, None, 0, None)
-    assert of_one_course(one, problems).rivals == rivals
+    one = CommonEffect(DRIFT, (DRIFT, DRIFT), there, None, 0, None)
+    assert with_common_rivals(one, problems).rivals == rivals
 
 
 @pytest.mark.parametrize(("offsets_nT", "names"), [((2.0, 2.6), ["hard_iron"]), ((2.0, -2.0), [])])
 def test_iron_that_differs_to_either_side_is_no_name(offsets_nT, names) -> None:
     """As the mean of a slow wander does."""
     hidden = [{"hard_iron": {"offset_nT": [by, 0.0, 0.0]}} for by in offsets_nT]
-    problems = [posed(recording(N, seed=i, hidden=one), MODEL, None, None) for i, one in enumerate(hidden)]
-    each = [examined(one, MODEL).belief.iron for one in problems]
+    problems = [pose_model(recording(N, seed=i, hidden=one), MODEL, None, None) for i, one in enumerate(hidden)]
+    each = [examine(one, MODEL).conclusion.iron for one in problems]
     assert [[one.name for one in found] for found in each] == [["hard_iron"], ["hard_iron"]]
-    assert [one.name for one in changes_of_iron(each, problems)] == names
+    assert [one.name for one in common_iron_changes(each, problems)] == names
 
 
 @pytest.mark.parametrize(("along", "ratio"), [((13.0, 0.0), 1.3), ((5.0, 12.0), None), ((-10.0, 0.0), None)])
@@ -87,22 +87,24 @@ def test_a_size_is_held_against_the_others_where_its_course_is_theirs(along, rat
     ],
 )
 def test_what_some_show_reaches_as_far_as_it_is_the_same(same, each, found) -> None:
-    assert _reach(same, each) is found
+    assert _transfer_of(same, each) is found
 
 
 def test_an_effect_of_a_lot_says_what_each_recording_does_and_which_channels_go_with_it() -> None:
     """Nats over their inflation; nothing of a recording that has not been asked, or says nothing of it."""
     own = CoefficientEstimate(np.eye(3), np.array([900.0, 200.0, 400.0]))
-    asked = SimpleNamespace(held=60.0, inflation=2.0, strength=0.5)
-    joint = SimpleNamespace(
-        candidate=Candidate(HardIronDrift), asked=(asked, asked, None, asked), estimates=(own, own, own, None)
+    in_recording = SimpleNamespace(held_out_gain=60.0, inflation=2.0, strength=0.5)
+    pooled = SimpleNamespace(
+        candidate=Candidate(HardIronDrift),
+        in_recordings=(in_recording, in_recording, None, in_recording),
+        estimates=(own, own, own, None),
     )
-    there = (There.PRESENT, There.PRESENT, There.UNASKED, There.OPEN)
+    there = (Presence.PRESENT, Presence.PRESENT, Presence.NOT_RECORDED, Presence.UNDECIDED)
     finding = SimpleNamespace(
-        joint=joint, agreement=agreement([own, own], 0.0), nats=90.0, reach=Transfer.SOME, there=there
+        pooled=pooled, agreement=agreement([own, own], 0.0), nats=90.0, transfer=Transfer.SOME, presence=there
     )
     chosen: Any = SimpleNamespace(finding=finding, alternatives=(), strength=0.5)
-    one = fitted_effect(chosen, (RISES, RISES, COMES_BACK, COMES_BACK))
+    one = common_fitted_effect(chosen, (RISES, RISES, COMES_BACK, COMES_BACK))
     assert [None if each is None else each.nats for each in one.each] == [30.0, 30.0, None, None]
     assert one.named.rivals == (TEMPERATURE,)
 
@@ -118,7 +120,7 @@ def _iron(x_nT: float, *, V: float = 1.0, alternatives: tuple[str, ...] = ()) ->
 
 
 @pytest.mark.parametrize(
-    ("several", "reach"),
+    ("several", "transfer"),
     [
         ([[_iron(20.0)], [_iron(20.6)]], Transfer.TRANSFERRED),
         ([[_iron(20.0)], [_iron(26.0)]], Transfer.NOT_TRANSFERRED),
@@ -127,21 +129,21 @@ def _iron(x_nT: float, *, V: float = 1.0, alternatives: tuple[str, ...] = ()) ->
         ([[_iron(20.0)], []], None),
     ],
 )
-def test_iron_is_the_same_within_its_error_beside_what_is_left(several, reach) -> None:
+def test_iron_is_the_same_within_its_error_beside_what_is_left(several, transfer) -> None:
     """In two recordings at least; 0.6 nT are an error of form, 6 nT are not unless a wander makes them."""
-    found = changes_of_iron(several, [RISES] * len(several))
-    assert [one.reach for one in found] == ([] if reach is None else [reach])
+    found = common_iron_changes(several, [RISES] * len(several))
+    assert [one.transfer for one in found] == ([] if transfer is None else [transfer])
     assert all(one.named.nats == sum(iron.evidence.nats for each in several for iron in each) for one in found)
 
 
 def test_iron_is_mistaken_for_what_it_is_in_every_recording() -> None:
     first, second = _iron(20.0, alternatives=("sensor_offset", "scale")), _iron(20.0, alternatives=("sensor_offset",))
-    (one,) = changes_of_iron([[first], [second]], [RISES, RISES])
+    (one,) = common_iron_changes([[first], [second]], [RISES, RISES])
     assert one.named.alternatives == ("sensor_offset",)
 
 
 @pytest.mark.parametrize(
-    ("stds_nT", "reach"),
+    ("stds_nT", "transfer"),
     [
         ((1.4, 1.0, 1.2), Transfer.TRANSFERRED),
         ((1.6, 1.0, 1.2), Transfer.NOT_TRANSFERRED),
@@ -149,13 +151,14 @@ def test_iron_is_mistaken_for_what_it_is_in_every_recording() -> None:
         ((1.0, None), None),
     ],
 )
-def test_noise_is_the_same_where_its_sizes_are_alike(stds_nT, reach) -> None:
+def test_noise_is_the_same_where_its_sizes_are_alike(stds_nT, transfer) -> None:
     """Within half; it is told by the middle one of two recordings at least."""
     several = [
-        [] if std is None else [Named(WhiteNoise(std_nT=(std,) * 3), (), How.SPECTRUM, None, 1.0)] for std in stds_nT
+        [] if std is None else [NamedEffect(WhiteNoise(std_nT=(std,) * 3), (), EvidenceKind.SPECTRUM, None, 1.0)]
+        for std in stds_nT
     ]
-    found = seen_by_values(several, STANDARD)
-    assert [one.reach for one in found] == ([] if reach is None else [reach])
+    found = common_value_effects(several, STANDARD)
+    assert [one.transfer for one in found] == ([] if transfer is None else [transfer])
     assert all(one.named.effect == WhiteNoise(std_nT=(1.2,) * 3) for one in found)
 
 
@@ -163,4 +166,4 @@ def test_noise_is_the_same_where_its_sizes_are_alike(stds_nT, reach) -> None:
 def test_iron_is_told_where_each_foretells_the_other_beyond_a_thousandth(more: float, count: int) -> None:
     """Over all names: ``x^2`` hundred nats of two, each known to a tenth of a nT."""
     x_nT = float(np.sqrt((np.log(len(EFFECTS) / 0.001) + more) / 100))
-    assert len(changes_of_iron([[_iron(x_nT)], [_iron(x_nT)]], [RISES, RISES])) == count
+    assert len(common_iron_changes([[_iron(x_nT)], [_iron(x_nT)]], [RISES, RISES])) == count

@@ -39,12 +39,12 @@ def first(attitude: bool) -> Diagnosis:
 def test_only_the_same_coefficients_are_borne_out(attitude: bool, share: float, evidence: str) -> None:
     second = flight(motor(share), attitude, 9)
     known = confirmed(first(attitude), second, MODEL, FIELD_ENU_NT if attitude else None, STRENGTH_NT)
-    assert [(one.name, str(one.evidence)) for one in known.named] == [("motor_current", evidence)]
+    assert [(one.name, str(one.transfer)) for one in known.named] == [("motor_current", evidence)]
     assert ("does not bear out motor_current" in " ".join(known.advice)) is (evidence == "single-run")
-    assert ("not borne out by the second recording" in known.sentence) is (evidence == "single-run")
-    assert "borne out by the second recording" in known.sentence
+    assert ("not confirmed by the second recording" in known.sentence) is (evidence == "single-run")
+    assert "confirmed by the second recording" in known.sentence
 
 
 def test_a_recording_without_attitude_says_nothing_of_one_with_it() -> None:
     second = flight(motor(1.0), False, 9)
-    assert confirmed(first(True), second, MODEL, None, STRENGTH_NT).named[0].evidence == "single-run"
+    assert confirmed(first(True), second, MODEL, None, STRENGTH_NT).named[0].transfer == "single-run"

@@ -13,10 +13,10 @@ from diagnosis.evidence.candidate_test import ColouredBaseline
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import STANDARD
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.several.look_alikes import explain_as_much
-from diagnosis.several.pooled_test import CandidateInRecording, PooledCandidate, beside_own
-from diagnosis.several.selection import Chosen, PooledRecording, _is_form, _is_refused
-from diagnosis.several.transfer import finding as reached
+from diagnosis.several.look_alikes import fit_equally_well
+from diagnosis.several.pooled_test import CandidateInRecording, PooledCandidate, with_own_effects
+from diagnosis.several.selection import PooledEffect, PooledRecording, _is_contradicted, _is_form_of_accepted
+from diagnosis.several.transfer import assess_transfer as reached
 from sim.effects import BY_NAME
 from sim.effects.currents import CurrentRipple, MotorCurrent
 from sim.effects.earth import FieldGradient, RegionalField
@@ -54,24 +54,26 @@ def test_beside_what_a_recording_alone_has_nothing_is_left_of_what_that_takes_up
     hidden, one_of_lot, own, stays
 ) -> None:
     here = flown(hidden, 40.0 if hidden == "both" else 4.0)
-    beside = ColouredBaseline.of(here, [])
-    one = CandidateInRecording.of(one_of_lot, here, beside, beside.rows.taken(one_of_lot.columns(here)))
-    again = beside_own(one, [own.columns(here)])
-    assert one.held > STANDARD.coloured_nats
+    coloured_baseline = ColouredBaseline.of(here, [])
+    one = CandidateInRecording.of(
+        one_of_lot, here, coloured_baseline, coloured_baseline.rows.bin(one_of_lot.columns(here))
+    )
+    again = with_own_effects(one, [own.columns(here)])
+    assert one.held_out_gain > STANDARD.coloured_nats
     assert (again is one) is stays
-    assert stays or again.held < STANDARD.apart
-    assert beside_own(one, []) is one
+    assert stays or again.held_out_gain < STANDARD.apart
+    assert with_own_effects(one, []) is one
 
 
 @pytest.mark.parametrize(("size", "names"), [(0.8, [DRIFT.name]), (8.0, [])])
 def test_a_name_lists_what_fits_as_well_whatever_its_search_cost(size: float, names: list[str]) -> None:
     """At a tenth of the noise a drift that was searched for is as good; at its size it is not."""
     problems = [flown("warm", size, seed) for seed in (1, 2)]
-    joint = PooledCandidate.of(WARM, [ColouredBaseline.of(one, []) for one in problems], problems, 1)
-    found = reached(joint, STANDARD.apart, STANDARD)
+    pooled = PooledCandidate.of(WARM, [ColouredBaseline.of(one, []) for one in problems], problems, 1)
+    found = reached(pooled, STANDARD.apart, STANDARD)
     settings = {WARM.name: [WARM], DRIFT.name: [DRIFT.at({}, tried=10**6)], MOTOR.name: [MOTOR]}
-    assert found.reach is not None
-    assert explain_as_much(found, settings, problems) == names
+    assert found.transfer is not None
+    assert fit_equally_well(found, settings, problems) == names
 
 
 NEAR_M, FAR_M = (60.0, 0.0, 0.0), (300.0, 0.0, 0.0)
@@ -97,9 +99,9 @@ def test_what_contains_a_name_is_a_look_alike_where_it_fits_better(
 ) -> None:
     """Most of a gradient of a place passed at a distance is a constant, but not all: from afar it fits as well."""
     problems = [problem(recording(1200, seed=seed, hidden={hidden: FIELDS[hidden]})) for seed in (1, 2)]
-    joint = PooledCandidate.of(REGIONAL, [ColouredBaseline.of(one, []) for one in problems], problems, 1)
+    pooled = PooledCandidate.of(REGIONAL, [ColouredBaseline.of(one, []) for one in problems], problems, 1)
     settings = {GRADIENT.name: [GRADIENT.at({"origin_enu_m": origin_m})]}
-    assert explain_as_much(reached(joint, STANDARD.apart, STANDARD), settings, problems) == names
+    assert fit_equally_well(reached(pooled, STANDARD.apart, STANDARD), settings, problems) == names
 
 
 @pytest.mark.parametrize(
@@ -112,41 +114,43 @@ def test_what_contains_a_name_is_a_look_alike_where_it_fits_better(
     ],
 )
 def test_what_half_of_the_recordings_refuse_by_themselves_is_no_name(own, named, refused) -> None:
-    joint: Any = SimpleNamespace(own=own.__getitem__, policy=STANDARD)
+    pooled: Any = SimpleNamespace(own_nats=own.__getitem__, policy=STANDARD)
     one: Any = SimpleNamespace(
-        name="current_ripple", alternatives=("motor_current",), finding=SimpleNamespace(joint=joint)
+        name="current_ripple", alternatives=("motor_current",), finding=SimpleNamespace(pooled=pooled)
     )
-    members: Any = [SimpleNamespace(names=set(names)) for names in named]
-    assert _is_refused(one, members) is refused
+    recordings: Any = [SimpleNamespace(own_names=set(names)) for names in named]
+    assert _is_contradicted(one, recordings) is refused
 
 
 def test_what_is_much_smaller_than_alone_looked_like_what_is_in() -> None:
     here = flown("warm", 4.0)
-    alone, beside = (ColouredBaseline.of(here, inside) for inside in ([], [WARM.columns(here)]))
-    joints = (PooledCandidate.of(DRIFT, [each] * 2, [here] * 2, 1) for each in (beside, alone))
-    one, other = (Chosen(reached(joint, 0.0, STANDARD), ()) for joint in joints)
+    alone, coloured_baseline = (
+        ColouredBaseline.of(here, accepted_columns) for accepted_columns in ([], [WARM.columns(here)])
+    )
+    joints = (PooledCandidate.of(DRIFT, [each] * 2, [here] * 2, 1) for each in (coloured_baseline, alone))
+    one, other = (PooledEffect(reached(pooled, 0.0, STANDARD), ()) for pooled in joints)
     assert one.strength < STANDARD.shrunk_form * other.strength
-    assert one.alone([alone] * 2).strength == other.strength
+    assert one.without_others([alone] * 2).strength == other.strength
 
 
 @pytest.mark.parametrize(("alone", "is_form"), [(0.35, False), (1.1, True)])
 def test_a_third_of_the_first_is_its_form_only_where_it_looked_like_it(alone: float, is_form: bool) -> None:
     def chosen(effect: Candidate, strength: float) -> Any:
-        joint = SimpleNamespace(candidate=effect)
-        found = SimpleNamespace(name=effect.name, strength=strength, finding=SimpleNamespace(joint=joint))
-        found.alone = lambda first: SimpleNamespace(strength=alone)
+        pooled = SimpleNamespace(candidate=effect)
+        found = SimpleNamespace(name=effect.name, strength=strength, finding=SimpleNamespace(pooled=pooled))
+        found.without_others = lambda first: SimpleNamespace(strength=alone)
         return found
 
-    assert _is_form(chosen(DRIFT, 0.3), [chosen(WARM, 0.92)], [], STANDARD) is is_form
+    assert _is_form_of_accepted(chosen(DRIFT, 0.3), [chosen(WARM, 0.92)], [], STANDARD) is is_form
 
 
 def test_what_is_of_one_kin_is_not_held_against_it() -> None:
     latency, eddy = (Candidate(BY_NAME[name]) for name in ("latency", "eddy_current"))
     own: Any = SimpleNamespace(name="latency", alternatives=(), evidence=SimpleNamespace(candidate=latency))
     own.columns = lambda given: np.zeros((1, 1, 1))
-    member: Any = SimpleNamespace(named=[own], problem=None)
-    asked = [
-        PooledRecording.instead_of(member, SimpleNamespace(name=one.name, candidate=one))
+    recording: Any = SimpleNamespace(own_effects=[own], problem=None)
+    in_recording = [
+        PooledRecording.competing_columns(recording, SimpleNamespace(name=one.name, candidate=one))
         for one in (latency, eddy, DRIFT)
     ]  # type: ignore[arg-type]
-    assert [len(one) for one in asked] == [0, 0, 1]
+    assert [len(one) for one in in_recording] == [0, 0, 1]

@@ -37,62 +37,80 @@ def _walk(step: float) -> Array:
     return np.asarray(step * np.cumsum(np.random.default_rng(3).normal(size=(N, 3)), axis=0))
 
 
-def _with(added: Array, inside: tuple[Array, ...] = ()) -> ColouredBaseline:
-    return ColouredBaseline.of(replace(GIVEN, target=GIVEN.target + added), list(inside))
+def _with(added: Array, accepted_columns: tuple[Array, ...] = ()) -> ColouredBaseline:
+    return ColouredBaseline.of(replace(GIVEN, target=GIVEN.target + added), list(accepted_columns))
 
 
-def _asked(beside: ColouredBaseline, columns: Array) -> CandidateInRecording:
-    return CandidateInRecording.of(MOTOR, GIVEN, beside, columns)
+def _asked(coloured_baseline: ColouredBaseline, columns: Array) -> CandidateInRecording:
+    return CandidateInRecording.of(MOTOR, GIVEN, coloured_baseline, columns)
 
 
-def _badly(beside: ColouredBaseline, hypothesis: Hypothesis) -> Hypothesis:
+def _badly(coloured_baseline: ColouredBaseline, hypothesis: Hypothesis) -> Hypothesis:
     """The same with a walk that is not there."""
-    rest = replace(hypothesis.rest, slow=hypothesis.rest.slow + np.r_[np.zeros(hypothesis.rest.tau_s.size - 1), 1e4])
-    return replace(Hypothesis.given(beside.rows, beside.inside, rest), rest=rest)
+    noise_model = replace(
+        hypothesis.noise_model,
+        slow=hypothesis.noise_model.slow + np.r_[np.zeros(hypothesis.noise_model.tau_s.size - 1), 1e4],
+    )
+    return replace(
+        Hypothesis.with_noise_model(coloured_baseline.rows, coloured_baseline.accepted_columns, noise_model),
+        noise_model=noise_model,
+    )
 
 
 @pytest.mark.parametrize("step", [0.0, 0.5])
 def test_the_rest_beside_a_jump_is_the_one_that_is_there(step: float) -> None:
-    beside = _with(_walk(step) + 10 * JUMP @ TO)
-    tau_s = 4 * N * beside.rows.interval_s
-    there = NoiseModel(np.array([tau_s]), np.ones(3), np.full((3, 1), step**2 * tau_s / (2 * beside.rows.interval_s)))
-    true = Hypothesis.given(beside.rows, beside.joined(JUMP), there)
-    assert _asked(beside, JUMP).hypothesis.whole > true.whole - STANDARD.apart
+    coloured_baseline = _with(_walk(step) + 10 * JUMP @ TO)
+    tau_s = 4 * N * coloured_baseline.rows.interval_s
+    there = NoiseModel(
+        np.array([tau_s]), np.ones(3), np.full((3, 1), step**2 * tau_s / (2 * coloured_baseline.rows.interval_s))
+    )
+    true = Hypothesis.with_noise_model(coloured_baseline.rows, coloured_baseline.columns_with(JUMP), there)
+    assert _asked(coloured_baseline, JUMP).hypothesis.log_likelihood > true.log_likelihood - STANDARD.apart
 
 
 def test_a_slow_course_holds_nothing_beside_a_wander() -> None:
-    assert _asked(_with(_walk(1.0)), SLOW).held < STANDARD.apart
+    assert _asked(_with(_walk(1.0)), SLOW).held_out_gain < STANDARD.apart
 
 
 def test_what_a_rest_that_was_found_badly_lacks_is_nothing_that_a_candidate_holds_or_explains() -> None:
-    beside = _with(0.0 * TO)
-    one = _asked(replace(beside, poorer=_badly(beside, beside.poorer)), SLOW)
-    assert one.held < STANDARD.apart
-    assert one.nats_of(0 * TO) < STANDARD.apart
+    coloured_baseline = _with(0.0 * TO)
+    one = _asked(replace(coloured_baseline, hypothesis=_badly(coloured_baseline, coloured_baseline.hypothesis)), SLOW)
+    assert one.held_out_gain < STANDARD.apart
+    assert one.nats_at(0 * TO) < STANDARD.apart
 
 
 def test_coefficients_as_they_are_explain_what_no_colour_would() -> None:
     """A ramp of ten sigma: thousands of nats in the noise that it leaves, a hundred over a rest that wanders."""
     one = _asked(_with(10 * RAMP @ TO), RAMP)
-    assert one.held > STANDARD.coloured_nats
-    assert one.nats_of(one.estimate.c) == pytest.approx(one.held, abs=2 * STANDARD.apart)
-    assert one.nats_of(0 * TO) == 0.0
+    assert one.held_out_gain > STANDARD.coloured_nats
+    assert one.nats_at(one.estimate.c) == pytest.approx(one.held_out_gain, abs=2 * STANDARD.apart)
+    assert one.nats_at(0 * TO) == 0.0
 
 
 @pytest.mark.parametrize("poorer", [True, False])
 def test_what_is_without_an_effect_is_found_from_either_rest(poorer: bool) -> None:
     """A jump that is in already, in white noise: beside a walk it would be another jump."""
-    beside = _with(10 * JUMP @ TO, (JUMP,))
-    one, badly = _asked(beside, SLOW), _badly(beside, beside.poorer)
-    one = replace(one, beside=replace(beside, poorer=badly)) if poorer else replace(one, hypothesis=badly)
+    coloured_baseline = _with(10 * JUMP @ TO, (JUMP,))
+    one, badly = _asked(coloured_baseline, SLOW), _badly(coloured_baseline, coloured_baseline.hypothesis)
+    one = (
+        replace(one, baseline=replace(coloured_baseline, hypothesis=badly))
+        if poorer
+        else replace(one, hypothesis=badly)
+    )
     white_noise = NoiseModel(np.ones(1), np.ones(3), np.zeros((3, 1)))
-    assert one.alone > Hypothesis.given(beside.rows, beside.inside, white_noise).whole - STANDARD.apart
+    assert (
+        one.null_log_likelihood
+        > Hypothesis.with_noise_model(
+            coloured_baseline.rows, coloured_baseline.accepted_columns, white_noise
+        ).log_likelihood
+        - STANDARD.apart
+    )
 
 
 def test_what_is_left_of_the_same_course_inflates() -> None:
     """A current's field that comes a quarter of its period late."""
     late = np.roll(GIVEN.state.current_A.sum(axis=1), 50)[:, None] * TO
-    columns = ColouredBaseline.of(GIVEN, []).rows.taken(MOTOR.columns(GIVEN))
+    columns = ColouredBaseline.of(GIVEN, []).rows.bin(MOTOR.columns(GIVEN))
     assert _asked(_with(late - late.mean(axis=0)), columns).inflation > 2
     assert _asked(_with(0 * late), columns).inflation < 2
 
@@ -102,15 +120,15 @@ def test_a_joint_pays_for_its_search_and_is_as_good_within_what_is_left() -> Non
     assert PooledCandidate.of(MOTOR, [ColouredBaseline.of(posed, [])], [posed], 1000).price == search_price(
         1000, 3, STANDARD
     )
-    asked: Any = tuple(SimpleNamespace(inflation=by, problem=GIVEN) for by in (2.0, 4.0))
-    assert PooledCandidate(MOTOR, asked, 0.0).chance == pytest.approx(3 * STANDARD.apart)
+    in_recording: Any = tuple(SimpleNamespace(inflation=by, problem=GIVEN) for by in (2.0, 4.0))
+    assert PooledCandidate(MOTOR, in_recording, 0.0).indistinct_nats == pytest.approx(3 * STANDARD.apart)
 
 
 def test_coefficients_are_known_no_better_than_what_is_left_allows() -> None:
     """Of parts that say the same: four times the variance that the rest states."""
     parts = (np.diag([5.0, 5.0, 0.0]) + np.outer([0, 0, 1], [5.0, 5.0, 0.0]),) * 4
-    asked: Any = SimpleNamespace(parts=parts, inflation=4.0)
-    one = PooledCandidate(MOTOR, (asked,), 0.0).estimates[0]
+    in_recording: Any = SimpleNamespace(parts=parts, inflation=4.0)
+    one = PooledCandidate(MOTOR, (in_recording,), 0.0).estimates[0]
     assert one is not None
     assert one.inflation(np.ones(2)) == pytest.approx(4.0)
 
@@ -120,11 +138,11 @@ def test_the_strength_of_what_strength_and_dip_do_not_share_is_its_own() -> None
     given = recording(N)
     level = Level.of(problem(given).state.R_wb, FIELD_ENU_NT, STANDARD)
     posed: LinearProblem = pose(without_attitude(given), None, STRENGTH_NT, (), level=level)
-    beside = ColouredBaseline.of(posed, [])
-    iron = beside.rows.taken(Candidate(HardIron).columns(posed))
-    asked = SimpleNamespace(beside=beside, estimate=SimpleNamespace(c=TO))
+    coloured_baseline = ColouredBaseline.of(posed, [])
+    iron = coloured_baseline.rows.bin(Candidate(HardIron).columns(posed))
+    in_recording = SimpleNamespace(baseline=coloured_baseline, estimate=SimpleNamespace(c=TO))
     same, other = (
-        CandidateInRecording.strength.fget(SimpleNamespace(**vars(asked), columns=iron * signs))  # type: ignore[attr-defined]
+        CandidateInRecording.strength.fget(SimpleNamespace(**vars(in_recording), columns=iron * signs))  # type: ignore[attr-defined]
         for signs in (np.ones((2, 1)), np.array([[1.0], [-1.0]]))
     )
     assert same < 1e-3 * other
@@ -132,5 +150,10 @@ def test_the_strength_of_what_strength_and_dip_do_not_share_is_its_own() -> None
 
 def test_errors_are_known_by_three_degrees_of_freedom_of_each_recording() -> None:
     """Of four parts, which share one coefficient."""
-    beside = _with(0.0 * TO)
-    assert PooledCandidate(MOTOR, (_asked(beside, SLOW), None, _asked(beside, RAMP)), 0.0).known == 6
+    coloured_baseline = _with(0.0 * TO)
+    assert (
+        PooledCandidate(
+            MOTOR, (_asked(coloured_baseline, SLOW), None, _asked(coloured_baseline, RAMP)), 0.0
+        ).error_degrees
+        == 6
+    )

@@ -11,14 +11,21 @@ import pytest
 
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import STANDARD
-from diagnosis.result import GapSize, How, Transfer
+from diagnosis.result import EvidenceKind, GapSize, Transfer
 from diagnosis.several import look_alikes as alike
 from diagnosis.several import selection
 from diagnosis.several.look_alikes import look_alikes
 from diagnosis.several.pooled_test import PooledCandidate, columns_in
-from diagnosis.several.selection import _along_the_field, _best, _finding, _is_form, _named, _stands
-from diagnosis.several.transfer import There
-from diagnosis.several.verdict_rules import PooledVerdict, _explains_little, joined
+from diagnosis.several.selection import (
+    _along_the_field,
+    _best_candidate,
+    _finding,
+    _is_form_of_accepted,
+    _is_supported,
+    _with_alternatives,
+)
+from diagnosis.several.transfer import Presence
+from diagnosis.several.verdict_rules import PooledVerdict, _small_share_doubt, joint_gap
 from diagnosis.verdict import Verdict
 from sim.effects import EFFECTS
 from sim.effects.base import Effect
@@ -31,13 +38,17 @@ GAP = GapSize(20.0, 10.0, 4.0, 2.0, 0.9)
 OPEN = GapSize(2.0, 1.0, 2.0, 1.0, None)
 
 
-def _joint(effect: type[Effect] = RegionalField, gain: float = 100.0, asked: tuple[object, ...] = ("here",)) -> Any:
-    made = SimpleNamespace(name=effect.name, gain=gain, candidate=Candidate(effect), asked=asked, columns=[effect.name])
-    return SimpleNamespace(**vars(made), chance=5.0, policy=STANDARD, width=3, off_size=0.0, there=[])
+def _pooled(
+    effect: type[Effect] = RegionalField, gain: float = 100.0, in_recording: tuple[object, ...] = ("here",)
+) -> Any:
+    made = SimpleNamespace(
+        name=effect.name, gain=gain, candidate=Candidate(effect), in_recordings=in_recording, columns=[effect.name]
+    )
+    return SimpleNamespace(**vars(made), indistinct_nats=5.0, policy=STANDARD, width=3, scale_error=0.0, tested=[])
 
 
 @pytest.mark.parametrize(
-    ("reach", "nats", "coloured", "adds", "along", "stands"),
+    ("transfer", "nats", "coloured", "adds", "along", "stands"),
     [
         (Transfer.TRANSFERRED, 9.0, False, False, False, True),
         (None, 9.0, False, True, True, False),
@@ -48,7 +59,7 @@ def _joint(effect: type[Effect] = RegionalField, gain: float = 100.0, asked: tup
     ],
 )
 def test_an_effect_stands_beyond_chance_and_beside_a_colour_by_enough_of_the_gap(
-    reach: Transfer | None,
+    transfer: Transfer | None,
     nats: float,
     coloured: bool,
     adds: bool,
@@ -56,10 +67,10 @@ def test_an_effect_stands_beyond_chance_and_beside_a_colour_by_enough_of_the_gap
     stands: bool,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    for name, value in {"_most_by_chance": 8.0, "_adds": adds, "_along_the_field": along}.items():
+    for name, value in {"_largest_surrogate_gain": 8.0, "_explains_gap": adds, "_along_the_field": along}.items():
         monkeypatch.setattr(selection, name, lambda *_, value=value: value)
-    found: Any = SimpleNamespace(reach=reach, nats=nats, joint=None)
-    assert _stands(found, [], [], coloured=coloured) is stands
+    found: Any = SimpleNamespace(transfer=transfer, nats=nats, pooled=None)
+    assert _is_supported(found, [], [], coloured=coloured) is stands
 
 
 @pytest.mark.parametrize(("shown", "holds"), [((True, False), True), ((True, False, False), False)])
@@ -67,21 +78,23 @@ def test_a_source_shows_along_the_field_in_half_of_the_recordings(
     shown: tuple[bool, ...], holds: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     each = iter(shown)
-    monkeypatch.setattr(selection, "gains_along_the_field", lambda *_: next(each))
-    found: Any = SimpleNamespace(there=[There.PRESENT] * len(shown), joint=_joint(FieldGradient))
-    members: Any = [SimpleNamespace(ground=None, problem=SimpleNamespace(mode="vector"))] * len(shown)
-    assert _along_the_field(found, members, members) is holds
+    monkeypatch.setattr(selection, "explains_along_field", lambda *_: next(each))
+    found: Any = SimpleNamespace(presence=[Presence.PRESENT] * len(shown), pooled=_pooled(FieldGradient))
+    recordings: Any = [SimpleNamespace(baseline=None, problem=SimpleNamespace(mode="vector"))] * len(shown)
+    assert _along_the_field(found, recordings, recordings) is holds
 
 
 @pytest.mark.parametrize("coloured", [True, False])
 def test_a_finding_is_asked_beside_what_each_alone_has(coloured: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(selection, "beside_own", lambda one, own: (one, own))
-    monkeypatch.setattr(selection, "replace", lambda joint, asked: asked)
-    monkeypatch.setattr(selection, "finding", lambda *given: given)
-    member: Any = SimpleNamespace(problem=SimpleNamespace(policy=STANDARD), instead_of=lambda one: "own", named=[])
-    asked, needed, _, named = _finding(_joint(), [member], coloured=coloured)  # type: ignore[misc]
-    assert asked == (("here", "own"),)
-    assert needed == (STANDARD.coloured_nats if coloured else STANDARD.accepted_together(len(EFFECTS)))
+    monkeypatch.setattr(selection, "with_own_effects", lambda one, own: (one, own))
+    monkeypatch.setattr(selection, "replace", lambda pooled, in_recordings: in_recordings)
+    monkeypatch.setattr(selection, "assess_transfer", lambda *given: given)
+    recording: Any = SimpleNamespace(
+        problem=SimpleNamespace(policy=STANDARD), competing_columns=lambda one: "own", own_effects=[]
+    )
+    in_recording, needed, _, named = _finding(_pooled(), [recording], coloured=coloured)  # type: ignore[misc]
+    assert in_recording == (("here", "own"),)
+    assert needed == (STANDARD.coloured_nats if coloured else STANDARD.accepted_pooled(len(EFFECTS)))
     assert named == []
 
 
@@ -105,44 +118,52 @@ def test_the_likeliest_that_stands_is_chosen_but_not_what_a_better_one_takes_up(
 ) -> None:
     """Where one recording has another cause, the next may be what all have."""
 
-    def found(joint: Any, members: object, coloured: bool) -> Any:
-        return SimpleNamespace(joint=_joint(asked=("other",)) if another else joint, of=joint.name)
+    def found(pooled: Any, recordings: object, coloured: bool) -> Any:
+        return SimpleNamespace(pooled=_pooled(in_recording=("other",)) if another else pooled, of=pooled.name)
 
     script: dict[str, Any] = {
-        "_tried": lambda *_: [_joint(MotorCurrent, 50.0), _joint(RegionalField, 100.0)],
-        "_clean": lambda *_: True,
+        "_screened": lambda *_: [_pooled(MotorCurrent, 50.0), _pooled(RegionalField, 100.0)],
+        "_residuals_are_clean": lambda *_: True,
         "_finding": found,
-        "_stands": lambda found, *_, coloured: found.of in stands,
-        "_named": lambda joint, *_, coloured: joint,
-        "_is_refused": lambda one, members: one.name in against,
-        "is_useless_beside": lambda columns, better: useless,
+        "_is_supported": lambda found, *_, coloured: found.of in stands,
+        "_with_alternatives": lambda pooled, *_, coloured: pooled,
+        "_is_contradicted": lambda one, recordings: one.name in against,
+        "is_explained_by": lambda columns, better: useless,
     }
     for key, value in script.items():
         monkeypatch.setattr(selection, key, value)
-    chosen = _best([], {}, [])
+    chosen = _best_candidate([], {}, [])
     assert (chosen and chosen.name) == name
 
 
 def test_what_is_of_the_kin_of_what_is_in_is_its_form() -> None:
-    one, other, third = (SimpleNamespace(name=e.name, strength=9.0, finding=SimpleNamespace(joint=_joint(e)),
-                         alone=lambda first: SimpleNamespace(strength=9.0)) for e in (*KIN, MotorCurrent))  # fmt: skip
-    assert _is_form(other, [one], [], STANDARD)  # type: ignore[arg-type,list-item]
-    assert not _is_form(third, [one], [], STANDARD)  # type: ignore[arg-type,list-item]
+    alone = SimpleNamespace(strength=9.0)
+    one, other, third = (
+        SimpleNamespace(
+            name=e.name,
+            strength=9.0,
+            finding=SimpleNamespace(pooled=_pooled(e)),
+            without_others=lambda first: alone,
+        )
+        for e in (*KIN, MotorCurrent)
+    )
+    assert _is_form_of_accepted(other, [one], [], STANDARD)  # type: ignore[arg-type,list-item]
+    assert not _is_form_of_accepted(third, [one], [], STANDARD)  # type: ignore[arg-type,list-item]
 
 
 def test_a_name_is_the_simplest_with_all_that_look_like_it(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where the simplest is not borne out by itself, the best is."""
-    best, simple, near = _joint(RegionalField), _joint(MotorCurrent), _joint(FieldGradient)
+    best, simple, near = _pooled(RegionalField), _pooled(MotorCurrent), _pooled(FieldGradient)
     monkeypatch.setattr(selection, "look_alikes", lambda *_, coloured: ([best, simple], [near]))
-    monkeypatch.setattr(selection, "simplest", lambda *_: simple)
-    monkeypatch.setattr(selection, "explain_as_much", lambda *_: ["scale"])
-    found: Any = SimpleNamespace(joint=best, reach=Transfer.TRANSFERRED)
-    member: Any = SimpleNamespace(problem=SimpleNamespace(policy=STANDARD))
-    for reach, name, other in ((Transfer.SOME, simple.name, best.name), (None, best.name, simple.name)):
+    monkeypatch.setattr(selection, "select_simplest", lambda *_: simple)
+    monkeypatch.setattr(selection, "fit_equally_well", lambda *_: ["scale"])
+    found: Any = SimpleNamespace(pooled=best, transfer=Transfer.TRANSFERRED)
+    recording: Any = SimpleNamespace(problem=SimpleNamespace(policy=STANDARD))
+    for transfer, name, other in ((Transfer.SOME, simple.name, best.name), (None, best.name, simple.name)):
         monkeypatch.setattr(
-            selection, "_finding", lambda one, *_, coloured, r=reach: SimpleNamespace(joint=one, reach=r)
+            selection, "_finding", lambda one, *_, coloured, r=transfer: SimpleNamespace(pooled=one, transfer=r)
         )
-        told = _named(best, found, [], {}, [member], coloured=True)
+        told = _with_alternatives(best, found, [], {}, [recording], coloured=True)
         assert (told.name, told.alternatives) == (name, (other, near.name, "scale"))
 
 
@@ -170,8 +191,8 @@ def test_look_alikes_of_a_lot_are_of_no_use_beside_it(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """And gain as much by chance, or but for an error of form: more of kin, and beside a colour."""
-    monkeypatch.setattr(alike, "is_useless_beside", lambda *_: useless)
-    first, second = _joint(best, 1000.0), _joint(other, gain)
+    monkeypatch.setattr(alike, "is_explained_by", lambda *_: useless)
+    first, second = _pooled(best, 1000.0), _pooled(other, gain)
     closest, others = look_alikes(first, [first, second], STANDARD, coloured=coloured)
     assert [one.name for one in closest] == [best.name, *([other.name] if close else [])]
     assert bool(others) is near
@@ -198,15 +219,17 @@ def test_a_channel_that_a_recording_lacks_or_that_is_off_is_not_asked() -> None:
 def test_a_candidate_of_a_lot_gains_by_common_or_by_own_coefficients_less_its_price(
     common: float, without: float, held: float, gain: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("diagnosis.several.pooled_test.left_out_gains", lambda estimates: np.array([common]))
-    one = SimpleNamespace(estimate=None, without=without / 2, held=held)
-    assert PooledCandidate.gain.fget(SimpleNamespace(there=[one, one], price=1.0)) == gain  # type: ignore[attr-defined]
+    monkeypatch.setattr("diagnosis.several.pooled_test.cross_predicted_gains", lambda estimates: np.array([common]))
+    one = SimpleNamespace(estimate=None, null_gain=without / 2, held_out_gain=held)
+    assert PooledCandidate.gain.fget(SimpleNamespace(tested=[one, one], price=1.0)) == gain  # type: ignore[attr-defined]
 
 
 def test_nats_are_over_the_inflation_of_their_error() -> None:
     wide = SimpleNamespace(inflation=lambda c: 4.0, c=None)
-    joint: Any = SimpleNamespace(asked=[SimpleNamespace(nats_of=lambda c: 20.0, held=40.0)], estimates=[wide])
-    assert (PooledCandidate.nats(joint, 0, np.zeros(1)), PooledCandidate.own(joint, 0)) == (5.0, 10.0)
+    pooled: Any = SimpleNamespace(
+        in_recordings=[SimpleNamespace(nats_at=lambda c: 20.0, held_out_gain=40.0)], estimates=[wide]
+    )
+    assert (PooledCandidate.nats(pooled, 0, np.zeros(1)), PooledCandidate.own_nats(pooled, 0)) == (5.0, 10.0)
 
 
 @pytest.mark.parametrize(
@@ -222,13 +245,15 @@ def test_nats_are_over_the_inflation_of_their_error() -> None:
 def test_half_of_the_recordings_speak_against_the_names_of_a_lot(
     verdict: Verdict, doubts: tuple[tuple[str, ...], ...], doubted: bool
 ) -> None:
-    assert PooledVerdict.doubted.fget(SimpleNamespace(verdict=verdict, doubts=doubts)) is doubted  # type: ignore[attr-defined]
+    assert PooledVerdict.is_doubted.fget(SimpleNamespace(verdict=verdict, doubts=doubts)) is doubted  # type: ignore[attr-defined]
 
 
 def test_names_that_are_taken_back_leave_what_the_values_show() -> None:
-    several: Any = tuple(SimpleNamespace(named=SimpleNamespace(how=how)) for how in (How.HELD_OUT, How.DIRECT))
+    several: Any = tuple(
+        SimpleNamespace(named=SimpleNamespace(kind=how)) for how in (EvidenceKind.HELD_OUT, EvidenceKind.DIRECT)
+    )
     nothing: Any = ()
-    found = PooledVerdict(Verdict.NAMED, several, (), (), (), GAP, (GAP,), (np.zeros(1),), nothing).undone()
+    found = PooledVerdict(Verdict.NAMED, several, (), (), (), GAP, (GAP,), (np.zeros(1),), nothing).without_names()
     assert (found.verdict, found.common, found.after) == (Verdict.UNKNOWN, several[1:], found.before)
     assert (found.gap.after_sigma, found.gap.explained) == (GAP.before_sigma, 0.0)
 
@@ -241,11 +266,13 @@ def test_names_that_leave_something_explain_enough_in_each(
     clean: bool, explained: float, found: bool, little: bool
 ) -> None:
     problem: Any = SimpleNamespace(policy=STANDARD)
-    case: Any = SimpleNamespace(clean=clean, gap=replace(GAP, explained=explained), found=found, problem=problem)
-    assert bool(_explains_little(case)) is little
+    case: Any = SimpleNamespace(
+        clean=clean, gap=replace(GAP, explained=explained), held_out_effects=found, problem=problem
+    )
+    assert bool(_small_share_doubt(case)) is little
 
 
 def test_a_share_is_of_the_recordings_with_a_gap() -> None:
-    whole = joined([GAP, replace(OPEN, after_sigma=3.0)])
+    whole = joint_gap([GAP, replace(OPEN, after_sigma=3.0)])
     assert whole.explained == pytest.approx((10.0**2 - 2.0**2) / (10.0**2 - 1))
-    assert joined([OPEN]).explained is None
+    assert joint_gap([OPEN]).explained is None

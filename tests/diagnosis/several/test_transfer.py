@@ -11,16 +11,27 @@ import pytest
 
 from diagnosis.policy import STANDARD
 from diagnosis.result import Transfer
-from diagnosis.several import transfer as reach
+from diagnosis.several import transfer as transfer
 from diagnosis.several.coefficients import Agreement, CoefficientEstimate
-from diagnosis.several.transfer import There, _common, _one, _shown_by_two, _there, compared, finding, foretells
+from diagnosis.several.transfer import (
+    Presence,
+    _common_nats,
+    _presence,
+    _presences,
+    _two_support,
+    assess_transfer,
+    compare_sensors,
+    predicts,
+)
 
 GIVEN = CoefficientEstimate(np.diag([20.0, 10.0]), np.array([20.0, 10.0]))
 SMALL, TURNED, WANDER = (replace(GIVEN, g=by * GIVEN.g) for by in (0.7, -0.7, 0.6))
 
 
-def joint_of(estimates: tuple[CoefficientEstimate, ...], own: tuple[float, ...], candidate: Any = None) -> Any:
-    return SimpleNamespace(asked="abc", estimates=estimates, own=own.__getitem__, candidate=candidate, price=0.0)
+def pooled_candidate(estimates: tuple[CoefficientEstimate, ...], own: tuple[float, ...], candidate: Any = None) -> Any:
+    return SimpleNamespace(
+        in_recordings="abc", estimates=estimates, own_nats=own.__getitem__, candidate=candidate, price=0.0
+    )
 
 
 @pytest.mark.parametrize(
@@ -37,42 +48,42 @@ def test_what_has_another_sign_or_is_small_is_no_second_witness(
     second: CoefficientEstimate, own: tuple[float, float], shown: bool
 ) -> None:
     """Unless both show it by themselves: 15 nats of the first, 7.4 and 5.4 of the seconds where 7 are needed."""
-    assert _shown_by_two(joint_of((GIVEN, second), own), (0, 1), 7.0) is shown
+    assert _two_support(pooled_candidate((GIVEN, second), own), (0, 1), 7.0) is shown
 
 
 @pytest.mark.parametrize(
     ("there", "found"),
     [
-        ((There.PRESENT, There.OPEN, There.OPEN), None),
-        ((There.PRESENT, There.PRESENT, There.OPEN), Transfer.NOT_TRANSFERRED),
+        ((Presence.PRESENT, Presence.UNDECIDED, Presence.UNDECIDED), None),
+        ((Presence.PRESENT, Presence.PRESENT, Presence.UNDECIDED), Transfer.NOT_TRANSFERRED),
     ],
 )
 def test_what_differs_is_present_in_two_recordings_at_least(
-    monkeypatch: pytest.MonkeyPatch, there: tuple[There, ...], found: Transfer | None
+    monkeypatch: pytest.MonkeyPatch, there: tuple[Presence, ...], found: Transfer | None
 ) -> None:
     """However much the coefficients explain: what one recording alone shows is no name."""
-    candidate = SimpleNamespace(possible=lambda c: True)
-    joint: Any = joint_of((GIVEN, SMALL, replace(GIVEN)), (9.0, 9.0, 9.0), candidate)
+    candidate = SimpleNamespace(within_bounds=lambda c: True)
+    pooled: Any = pooled_candidate((GIVEN, SMALL, replace(GIVEN)), (9.0, 9.0, 9.0), candidate)
     differ = SimpleNamespace(p=1e-9, c=1.0)
-    monkeypatch.setattr(reach, "_there", lambda *_: there)
-    monkeypatch.setattr(reach, "_common", lambda *_: ([4e2, 4e2, 2e2], differ))
-    assert finding(joint, 7.0, STANDARD).reach is found
+    monkeypatch.setattr(transfer, "_presences", lambda *_: there)
+    monkeypatch.setattr(transfer, "_common_nats", lambda *_: ([4e2, 4e2, 2e2], differ))
+    assert assess_transfer(pooled, 7.0, STANDARD).transfer is found
 
 
 @pytest.mark.parametrize(
     ("named", "third", "needed", "found"),
     [
-        ((0, 1), There.OPEN, 7.0, (Transfer.NOT_TRANSFERRED, 18.0)),
-        ((0,), There.OPEN, 7.0, (None, -50.0)),
-        ((0, 1), There.OPEN, 10.0, (None, -50.0)),
-        ((0, 2), There.PRESENT, 7.0, (Transfer.NOT_TRANSFERRED, 18.0)),
-        ((0, 2), There.OPEN, 7.0, (None, -50.0)),
+        ((0, 1), Presence.UNDECIDED, 7.0, (Transfer.NOT_TRANSFERRED, 18.0)),
+        ((0,), Presence.UNDECIDED, 7.0, (None, -50.0)),
+        ((0, 1), Presence.UNDECIDED, 10.0, (None, -50.0)),
+        ((0, 2), Presence.PRESENT, 7.0, (Transfer.NOT_TRANSFERRED, 18.0)),
+        ((0, 2), Presence.UNDECIDED, 7.0, (None, -50.0)),
     ],
 )
 def test_what_two_recordings_name_by_themselves_need_not_be_alike(
     monkeypatch: pytest.MonkeyPatch,
     named: tuple[int, ...],
-    third: There,
+    third: Presence,
     needed: float,
     found: tuple[Transfer | None, float],
 ) -> None:
@@ -80,11 +91,13 @@ def test_what_two_recordings_name_by_themselves_need_not_be_alike(
 
     What a recording names by numbers that the effect cannot have, it does not show.
     """
-    joint: Any = joint_of((GIVEN, TURNED, GIVEN), (9.0, 9.0, 9.0), SimpleNamespace(possible=lambda c: True))
-    monkeypatch.setattr(reach, "_there", lambda *_: (There.PRESENT, There.PRESENT, third))
-    monkeypatch.setattr(reach, "_common", lambda *_: ([-20.0, -30.0], SimpleNamespace(p=1e-9, c=1.0)))
-    one = finding(joint, needed, STANDARD, named)
-    assert (one.reach, one.nats) == found
+    pooled: Any = pooled_candidate(
+        (GIVEN, TURNED, GIVEN), (9.0, 9.0, 9.0), SimpleNamespace(within_bounds=lambda c: True)
+    )
+    monkeypatch.setattr(transfer, "_presences", lambda *_: (Presence.PRESENT, Presence.PRESENT, third))
+    monkeypatch.setattr(transfer, "_common_nats", lambda *_: ([-20.0, -30.0], SimpleNamespace(p=1e-9, c=1.0)))
+    one = assess_transfer(pooled, needed, STANDARD, named)
+    assert (one.transfer, one.nats) == found
 
 
 @pytest.mark.parametrize(
@@ -94,23 +107,25 @@ def test_what_is_explained_in_one_recording_alone_is_no_name(
     monkeypatch: pytest.MonkeyPatch, each: list[float], found: Transfer | None
 ) -> None:
     """Coefficients that the others hardly know may go the way of one that shows an effect: a third of 14 is needed."""
-    joint: Any = joint_of((GIVEN, SMALL, SMALL), (138.0, -4.0, -4.0), SimpleNamespace(possible=lambda c: True))
-    monkeypatch.setattr(reach, "_there", lambda *_: (There.PRESENT, There.OPEN, There.OPEN))
-    monkeypatch.setattr(reach, "_common", lambda *_: (each, SimpleNamespace(p=0.9, c=1.0)))
-    assert finding(joint, 14.0, STANDARD).reach is found
+    pooled: Any = pooled_candidate(
+        (GIVEN, SMALL, SMALL), (138.0, -4.0, -4.0), SimpleNamespace(within_bounds=lambda c: True)
+    )
+    monkeypatch.setattr(transfer, "_presences", lambda *_: (Presence.PRESENT, Presence.UNDECIDED, Presence.UNDECIDED))
+    monkeypatch.setattr(transfer, "_common_nats", lambda *_: (each, SimpleNamespace(p=0.9, c=1.0)))
+    assert assess_transfer(pooled, 14.0, STANDARD).transfer is found
 
 
 @pytest.mark.parametrize(("second", "same"), [(1.03, True), (1.2, False)])
 def test_coefficients_are_the_same_within_an_error_of_form(second: float, same: bool) -> None:
     """However well they are known: 4 % on one motion or another."""
     sharp: Any = tuple(CoefficientEstimate(np.array([[1e6]]), np.array([1e6 * c])) for c in (1.0, second))
-    joint: Any = SimpleNamespace(asked="ab", estimates=sharp, nats=lambda i, c: 9.0, known=None)
-    _, agree = _common(joint, [0, 1], STANDARD)
+    pooled: Any = SimpleNamespace(in_recordings="ab", estimates=sharp, nats=lambda i, c: 9.0, error_degrees=None)
+    _, agree = _common_nats(pooled, [0, 1], STANDARD)
     assert (agree.p > STANDARD.not_transferred_alarm) is same
-    assert foretells(joint, STANDARD) is same
+    assert predicts(pooled, STANDARD) is same
 
 
-PRESENT, ABSENT, UNKNOWN = There.PRESENT, There.ABSENT, There.OPEN
+PRESENT, ABSENT, UNKNOWN = Presence.PRESENT, Presence.ABSENT, Presence.UNDECIDED
 
 
 @pytest.mark.parametrize(
@@ -127,23 +142,25 @@ PRESENT, ABSENT, UNKNOWN = There.PRESENT, There.ABSENT, There.OPEN
 )
 def test_how_far_coefficients_hold_decides_how_far_an_effect_reaches(
     monkeypatch: pytest.MonkeyPatch,
-    there: tuple[There, ...],
+    there: tuple[Presence, ...],
     of_all: tuple[float, float],
     of_some: tuple[float, float],
     possible: bool,
     found: tuple[Transfer | None, float],
 ) -> None:
     """In all; in those that show it, where another lacks it; of two sizes where two show it."""
-    joint: Any = joint_of((GIVEN, SMALL, GIVEN), (9.0, 9.0, 9.0), SimpleNamespace(possible=lambda c: possible))
+    pooled: Any = pooled_candidate(
+        (GIVEN, SMALL, GIVEN), (9.0, 9.0, 9.0), SimpleNamespace(within_bounds=lambda c: possible)
+    )
 
-    def common(joint: object, which: list[int], policy: object) -> tuple[list[float], Any]:
+    def common(pooled: object, which: list[int], policy: object) -> tuple[list[float], Any]:
         nats, p = of_all if len(which) == 3 else of_some
         return [nats / len(which)] * len(which), SimpleNamespace(p=p, c=1.0)
 
-    monkeypatch.setattr(reach, "_there", lambda *_: there)
-    monkeypatch.setattr(reach, "_common", common)
-    one = finding(joint, 7.0, STANDARD)
-    assert (one.reach, one.nats) == found
+    monkeypatch.setattr(transfer, "_presences", lambda *_: there)
+    monkeypatch.setattr(transfer, "_common_nats", common)
+    one = assess_transfer(pooled, 7.0, STANDARD)
+    assert (one.transfer, one.nats) == found
 
 
 @pytest.mark.parametrize(
@@ -158,14 +175,14 @@ def test_how_far_coefficients_hold_decides_how_far_an_effect_reaches(
     ],
 )
 def test_a_recording_speaks_by_its_own_coefficients_or_by_those_of_others(
-    own: float, possible: bool, gain: float, inflation: float, says: There, monkeypatch: pytest.MonkeyPatch
+    own: float, possible: bool, gain: float, inflation: float, says: Presence, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """By ln(100) nats over their inflation; without the causes it is not asked."""
-    monkeypatch.setattr(reach, "agreement", lambda *_: SimpleNamespace(c=1.0))
+    monkeypatch.setattr(transfer, "agreement", lambda *_: SimpleNamespace(c=1.0))
     one: Any = SimpleNamespace(gain=lambda c: gain, inflation=lambda c: inflation, c=1.0)
-    joint = joint_of((one, GIVEN), (own, 9.0), SimpleNamespace(possible=lambda c: possible))
-    assert _one(joint, 0, [1], STANDARD) is says
-    assert _one(joint_of((None, GIVEN), (own, 9.0)), 0, [1], STANDARD) is There.UNASKED  # type: ignore[arg-type]
+    pooled = pooled_candidate((one, GIVEN), (own, 9.0), SimpleNamespace(within_bounds=lambda c: possible))
+    assert _presence(pooled, 0, [1], STANDARD) is says
+    assert _presence(pooled_candidate((None, GIVEN), (own, 9.0)), 0, [1], STANDARD) is Presence.NOT_RECORDED  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
@@ -175,8 +192,8 @@ def test_a_recording_speaks_by_its_own_coefficients_or_by_those_of_others(
 def test_a_recording_is_asked_by_those_that_show_an_effect_if_any(
     own: tuple[float, ...], others: tuple[list[int], ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(reach, "_one", lambda joint, i, which, policy: which)
-    assert _there(joint_of((GIVEN,) * 3, own), [0, 1, 2], STANDARD) == others
+    monkeypatch.setattr(transfer, "_presence", lambda pooled, i, which, policy: which)
+    assert _presences(pooled_candidate((GIVEN,) * 3, own), [0, 1, 2], STANDARD) == others
 
 
 @pytest.mark.parametrize(
@@ -193,24 +210,24 @@ def test_sensors_are_compared_by_those_that_have_an_effect_known_no_better_than_
     some: list[int], p: float, found: Transfer | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """By all where none has it by itself."""
-    monkeypatch.setattr(reach, "_those_that_show", lambda *_: ([0, 1, 2], (), some))
+    monkeypatch.setattr(transfer, "_present_in", lambda *_: ([0, 1, 2], (), some))
     agree = Agreement(np.ones(1), np.eye(1), 1.0, 1, p)
-    monkeypatch.setattr(reach, "_common", lambda joint, which, policy: ([1.0] * len(which), agree))
-    one = compared(joint_of((GIVEN,) * 3, (9.0,) * 3), STANDARD)
-    assert (one.reach, one.nats) == (found, len(some) or 3)
+    monkeypatch.setattr(transfer, "_common_nats", lambda pooled, which, policy: ([1.0] * len(which), agree))
+    one = compare_sensors(pooled_candidate((GIVEN,) * 3, (9.0,) * 3), STANDARD)
+    assert (one.transfer, one.nats) == (found, len(some) or 3)
     assert one.agreement.covariance == (len(some) or 3)
 
 
 def test_the_nats_of_common_coefficients_are_less_their_price() -> None:
-    assert reach._total(SimpleNamespace(price=4.0), [9.0, 9.0]) == 14.0  # type: ignore[arg-type]
+    assert transfer._total_nats(SimpleNamespace(price=4.0), [9.0, 9.0]) == 14.0  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(("nats", "p", "holds"), [(9.0, 0.06, True), (3.0, 0.5, False), (9.0, 0.04, False)])
 def test_a_second_recording_is_foretold_by_enough_and_agrees(
     nats: float, p: float, holds: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(reach, "agreement", lambda *_: SimpleNamespace(p=p))
-    joint: Any = SimpleNamespace(estimates=(GIVEN, GIVEN), nats=lambda i, c: nats, known=None)
-    assert foretells(joint, STANDARD) is holds
-    joint.estimates = (GIVEN, None)
-    assert not foretells(joint, STANDARD)
+    monkeypatch.setattr(transfer, "agreement", lambda *_: SimpleNamespace(p=p))
+    pooled: Any = SimpleNamespace(estimates=(GIVEN, GIVEN), nats=lambda i, c: nats, error_degrees=None)
+    assert predicts(pooled, STANDARD) is holds
+    pooled.estimates = (GIVEN, None)
+    assert not predicts(pooled, STANDARD)

@@ -9,11 +9,11 @@ from typing import Any
 import pytest
 
 from diagnosis.policy import STANDARD
-from diagnosis.result import How, Transfer
+from diagnosis.result import EvidenceKind, Transfer
 from diagnosis.several import selection
 from diagnosis.several import verdict_rules as judgement
-from diagnosis.several.transfer import There
-from diagnosis.several.verdict_rules import Pool, _borne_out, _is_the_sensors, _nothing_is_left
+from diagnosis.several.transfer import Presence
+from diagnosis.several.verdict_rules import Pool, _is_clean, _is_sensor_noise, _without_open_noise
 from sim.effects import BY_NAME
 
 TOLD, OPEN = SimpleNamespace(identified=True), SimpleNamespace(identified=False)
@@ -37,74 +37,80 @@ class Leaves:
 
 @pytest.mark.parametrize(("noise", "stays"), [(OPEN, False), (TOLD, True), (None, True)])
 def test_noise_of_open_nature_is_no_finding_of_a_lot(noise: Any, stays: bool) -> None:
-    belief: Any = Leaves(False, noise)
-    assert _borne_out(belief) == (belief if stays else Leaves(False))
+    conclusion: Any = Leaves(False, noise)
+    assert _without_open_noise(conclusion) == (conclusion if stays else Leaves(False))
 
 
 @pytest.mark.parametrize(
-    ("name", "how", "reach", "stays"),
+    ("name", "how", "transfer", "stays"),
     [
-        ("offset_random_walk", How.SPECTRUM, Transfer.TRANSFERRED, True),
-        ("offset_random_walk", How.SPECTRUM, Transfer.NOT_TRANSFERRED, False),
-        ("flicker_noise", How.SPECTRUM, Transfer.SOME, False),
-        ("white_noise", How.SPECTRUM, Transfer.SOME, True),
-        ("motor_current", How.HELD_OUT, Transfer.NOT_TRANSFERRED, True),
+        ("offset_random_walk", EvidenceKind.SPECTRUM, Transfer.TRANSFERRED, True),
+        ("offset_random_walk", EvidenceKind.SPECTRUM, Transfer.NOT_TRANSFERRED, False),
+        ("flicker_noise", EvidenceKind.SPECTRUM, Transfer.SOME, False),
+        ("white_noise", EvidenceKind.SPECTRUM, Transfer.SOME, True),
+        ("motor_current", EvidenceKind.HELD_OUT, Transfer.NOT_TRANSFERRED, True),
     ],
 )
-def test_slow_noise_of_the_sensor_has_one_size_in_all(name: str, how: How, reach: Transfer, stays: bool) -> None:
-    named = SimpleNamespace(how=how, effect=BY_NAME[name])
-    assert _is_the_sensors(SimpleNamespace(named=named, reach=reach)) is stays  # type: ignore[arg-type]
+def test_slow_noise_of_the_sensor_has_one_size_in_all(
+    name: str, how: EvidenceKind, transfer: Transfer, stays: bool
+) -> None:
+    named = SimpleNamespace(kind=how, effect=BY_NAME[name])
+    assert _is_sensor_noise(SimpleNamespace(named=named, transfer=transfer)) is stays  # type: ignore[arg-type]
 
 
 def test_noise_of_another_size_in_each_is_in_no_lot(monkeypatch: pytest.MonkeyPatch) -> None:
     walk, white = (
-        SimpleNamespace(named=SimpleNamespace(how=How.SPECTRUM, effect=BY_NAME[name]), reach=Transfer.SOME)
+        SimpleNamespace(named=SimpleNamespace(kind=EvidenceKind.SPECTRUM, effect=BY_NAME[name]), transfer=Transfer.SOME)
         for name in ("offset_random_walk", "white_noise")
     )
-    for name, found in {"changes_of_iron": (), "noise_of": [], "seen_by_values": [walk, white]}.items():
-        monkeypatch.setattr(judgement, name, lambda *asked, found=found: found)
-    lot = SimpleNamespace(chosen=[], members=[], problems=[SimpleNamespace(policy=STANDARD)])
-    assert judgement._common(lot, []) == (white,)  # type: ignore[arg-type,comparison-overlap]
+    for name, found in {"common_iron_changes": (), "named_noise": [], "common_value_effects": [walk, white]}.items():
+        monkeypatch.setattr(judgement, name, lambda *_, found=found: found)
+    pool = SimpleNamespace(effects=[], recordings=[], problems=[SimpleNamespace(policy=STANDARD)])
+    assert judgement._common_effects(pool, []) == (white,)  # type: ignore[arg-type,comparison-overlap]
 
 
 @dataclass(frozen=True)
 class Chose:
     """Of a selection what a lot changes."""
 
-    found: tuple[Any, ...] = ()
+    accepted: tuple[Any, ...] = ()
     end: Any = None
     before: Any = None
     after: Any = None
 
 
-@pytest.mark.parametrize(("there", "count"), [(There.PRESENT, 1), (There.OPEN, 1), (There.ABSENT, 0)])
+@pytest.mark.parametrize(("there", "count"), [(Presence.PRESENT, 1), (Presence.UNDECIDED, 1), (Presence.ABSENT, 0)])
 def test_a_recording_believes_no_effect_that_it_says_is_absent(
-    there: There, count: int, monkeypatch: pytest.MonkeyPatch
+    there: Presence, count: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    ground = SimpleNamespace(beside=lambda columns: ground)
-    belief = SimpleNamespace(selection=Chose())
-    member = SimpleNamespace(events=[], ground=ground, seen=SimpleNamespace(belief=belief), problem=None)
-    joint = SimpleNamespace(asked=[member], candidate=SimpleNamespace(columns=lambda problem: None, name="scale"))
-    one = SimpleNamespace(finding=SimpleNamespace(joint=joint, there=[there]), alternatives=())
-    monkeypatch.setattr(judgement, "judged_at", lambda *asked: SimpleNamespace(name="scale"))
-    monkeypatch.setattr(judgement, "tests_beside", lambda *asked: None)
-    monkeypatch.setattr(judgement, "believed", lambda selection: selection)
-    lot = Pool([member], [one])  # type: ignore[list-item]
-    assert len(lot.belief(0).found) == count
+    baseline = SimpleNamespace(with_columns=lambda columns: baseline)
+    conclusion = SimpleNamespace(selection=Chose())
+    recording = SimpleNamespace(
+        events=[], baseline=baseline, examination=SimpleNamespace(conclusion=conclusion), problem=None
+    )
+    pooled = SimpleNamespace(
+        in_recordings=[recording], candidate=SimpleNamespace(columns=lambda problem: None, name="scale")
+    )
+    one = SimpleNamespace(finding=SimpleNamespace(pooled=pooled, presence=[there]), alternatives=())
+    monkeypatch.setattr(judgement, "judge_settings", lambda *in_recording: SimpleNamespace(name="scale"))
+    monkeypatch.setattr(judgement, "tests_with_effects", lambda *in_recording: None)
+    monkeypatch.setattr(judgement, "conclude", lambda selection: selection)
+    pool = Pool([recording], [one])  # type: ignore[list-item]
+    assert len(pool.conclusion(0).accepted) == count
 
 
 @pytest.mark.parametrize(("mode", "holds"), [("vector", False), ("strength", True)])
 def test_a_source_must_show_along_the_field_where_more_than_that_is_seen(
     mode: str, holds: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(selection, "gains_along_the_field", lambda *grounds: False)
+    monkeypatch.setattr(selection, "explains_along_field", lambda *baselines: False)
     candidate = SimpleNamespace(effect=BY_NAME["local_dipole"])
-    found = SimpleNamespace(there=[There.PRESENT] * 2, joint=SimpleNamespace(candidate=candidate))
-    members = [SimpleNamespace(ground=None, problem=SimpleNamespace(mode=mode))] * 2
-    assert selection._along_the_field(found, members, members) is holds  # type: ignore[arg-type]
+    found = SimpleNamespace(presence=[Presence.PRESENT] * 2, pooled=SimpleNamespace(candidate=candidate))
+    recordings = [SimpleNamespace(baseline=None, problem=SimpleNamespace(mode=mode))] * 2
+    assert selection._along_the_field(found, recordings, recordings) is holds  # type: ignore[arg-type]
 
 
 def test_slow_noise_without_a_name_in_the_lot_is_left() -> None:
     each: Any = [Leaves(False, TOLD), Leaves(False, TOLD), Leaves(True)]
     names: Any = [SimpleNamespace()]
-    assert [_nothing_is_left(one, each) for one in ([], names)] == [False, True]
+    assert [_is_clean(one, each) for one in ([], names)] == [False, True]

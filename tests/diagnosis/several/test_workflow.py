@@ -11,15 +11,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagnosis.problem.formulation import posed
+from diagnosis.problem.formulation import pose_model
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.result import Transfer
 from diagnosis.several import workflow
 from diagnosis.several.result import PooledDiagnosis
-from diagnosis.several.transfer import There
+from diagnosis.several.transfer import Presence
 from diagnosis.several.workflow import diagnose_together
 from diagnosis.verdict import Verdict
-from diagnosis.workflow import Examined, examined
+from diagnosis.workflow import Examination, examine
 from scenarios.errors import InputError
 from sim.scenario import ModelSpec
 from tests.diagnosis.synthetic import FIELD_ENU_NT, recording
@@ -41,21 +41,21 @@ MODEL = ModelSpec.model_validate(
 @pytest.fixture(scope="module", autouse=True)
 def each_once() -> Iterator[None]:
     """A recording that several lots share is diagnosed by itself once."""
-    with pytest.MonkeyPatch.context() as patched:
-        seen: dict[int, Examined] = {}
+    with pytest.MonkeyPatch.context() as patch_model:
+        seen: dict[int, Examination] = {}
 
-        def once(problem: LinearProblem, *given: Any) -> Examined:
+        def once(problem: LinearProblem, *given: Any) -> Examination:
             if id(problem) not in seen:  # kept alive by `problem_of`
-                seen[id(problem)] = examined(problem, *given)
+                seen[id(problem)] = examine(problem, *given)
             return seen[id(problem)]
 
-        patched.setattr(workflow, "examined", once)
+        patch_model.setattr(workflow, "examined", once)
         yield
 
 
 @cache
 def problem_of(hidden: str, seed: int) -> LinearProblem:
-    return posed(recording(2000, seed=seed, hidden=json.loads(hidden)), MODEL, None, None, iron_known=False)
+    return pose_model(recording(2000, seed=seed, hidden=json.loads(hidden)), MODEL, None, None, iron_known=False)
 
 
 def together(*hidden: dict[str, Any], seed: int = 0) -> PooledDiagnosis:
@@ -67,7 +67,7 @@ def together(*hidden: dict[str, Any], seed: int = 0) -> PooledDiagnosis:
 def test_one_coefficient_in_all_is_transferred_and_pooled(iron: dict[str, Any]) -> None:
     found = together(*[motor(1.0) | iron] * 3)
     (one,) = found.common
-    assert (found.verdict, one.name, one.reach) == (Verdict.NAMED, "motor_current", Transfer.TRANSFERRED)
+    assert (found.verdict, one.name, one.transfer) == (Verdict.NAMED, "motor_current", Transfer.TRANSFERRED)
     std = one.named.spread["gain_nT_A"]
     assert (np.abs(np.array(one.named.effect.gain_nT_A) - GAIN) < 4 * std).all()  # type: ignore[attr-defined]
     assert (std < np.array([each.spread["gain_nT_A"] for each in one.each if each]).min(axis=0)).all()
@@ -77,7 +77,7 @@ def test_one_coefficient_in_all_is_transferred_and_pooled(iron: dict[str, Any]) 
 def test_a_third_more_in_one_is_not_transferred_and_its_table_says_which() -> None:
     found = together(motor(1.0), motor(1.0), motor(1.3))
     (one,) = found.common
-    assert one.reach is Transfer.NOT_TRANSFERRED
+    assert one.transfer is Transfer.NOT_TRANSFERRED
     assert one.p is not None
     assert one.p < 0.01
     sizes = [np.linalg.norm(each.effect.gain_nT_A) for each in one.each if each]  # type: ignore[attr-defined]
@@ -90,21 +90,21 @@ def test_what_one_alone_shows_is_no_name() -> None:
     found = together({}, {}, motor(1.0))
     assert found.common == ()
     (one,) = found.single
-    assert (one.name, one.there) == ("motor_current", (There.ABSENT, There.ABSENT, There.PRESENT))
+    assert (one.name, one.presence) == ("motor_current", (Presence.ABSENT, Presence.ABSENT, Presence.PRESENT))
     assert found.each[2].verdict is Verdict.NAMED
 
 
 def test_what_two_of_three_show_is_in_some() -> None:
     found = together(motor(1.0), {}, motor(1.0))
     (one,) = found.common
-    assert (one.reach, one.there[1]) == (Transfer.SOME, There.ABSENT)
+    assert (one.transfer, one.presence[1]) == (Transfer.SOME, Presence.ABSENT)
 
 
 def test_a_tone_begins_each_run_with_another_phase_and_is_a_name() -> None:
     """By common coefficients it would be none, however plain each recording's own."""
     ripple = {"amplitude_nT_A": [0.6, -0.4, 0.5], "frequency_hz": 2.7}
     found = together(*({"current_ripple": {**ripple, "phase_deg": phase}} for phase in (0.0, 100.0, 220.0)), seed=5)
-    assert [(one.name, one.reach) for one in found.common] == [("current_ripple", Transfer.NOT_TRANSFERRED)]
+    assert [(one.name, one.transfer) for one in found.common] == [("current_ripple", Transfer.NOT_TRANSFERRED)]
 
 
 def test_an_effect_too_weak_for_each_is_named_by_all_together() -> None:
@@ -117,10 +117,10 @@ def test_a_tone_that_sweeps_in_one_leaves_the_name_and_is_told() -> None:
     given = recording(2000, seed=51, hidden=motor(1.0))
     turns = np.cumsum(1.5 + given.time_s / 100) * np.diff(given.time_s)[0]
     swept = replace(given, mag_nT=given.mag_nT + 2.0 * np.sin(2 * np.pi * turns)[:, None])
-    second = posed(swept, MODEL, None, None, iron_known=False)
+    second = pose_model(swept, MODEL, None, None, iron_known=False)
     found = diagnose_together(NAMES[:2], [problem_of(json.dumps(motor(1.0)), 50), second], MODEL)
     assert ([one.name for one in found.common], found.verdict) == (["motor_current"], Verdict.PARTIAL)
-    (left,) = found.left
+    (left,) = found.unexplained
     assert left.startswith("second: structure between 1.")
 
 
