@@ -89,7 +89,7 @@ def test_a_course_that_the_data_do_not_tell_from_a_window_is_held_for_one() -> N
 
 @pytest.mark.parametrize(
     ("pieces", "span", "told"),
-    [([(90, 210)], (90, 210), ""), ([(60, 90), (210, 240)], (90, 210), "comes again beside its own window")],
+    [([(90, 210)], (90, 210), ""), ([(60, 90), (210, 240)], (90, 210), "also present outside its window")],
 )
 def test_a_hearing_says_why_it_is_no_window(
     pieces: list[tuple[float, float]], span: tuple[float, float], told: str
