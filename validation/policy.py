@@ -1,4 +1,4 @@
-"""Every number that decides a finding about measured values: its value, meaning, false-alarm rate, and what set it."""
+"""Numbers that decide findings about measured values: value, meaning, false-alarm rate, and origin of each."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Any
 
 APART = "not measured apart"
 BY_HAND = "set by hand, not measured"
+NONE = "none of 3000 white recordings: benchmarks/inspection_alarms.py"
 
 
 def number(value: float | tuple[float, ...], meaning: str, *, alarms: str = APART, run: str = BY_HAND) -> Any:
@@ -15,7 +16,7 @@ def number(value: float | tuple[float, ...], meaning: str, *, alarms: str = APAR
 
 
 def shared(name: str) -> Any:
-    """Return the field `name` of `InspectionPolicy` for another policy, so that the number has one home."""
+    """Return the field `name` of `InspectionPolicy` for use in another policy."""
     one = InspectionPolicy.__dataclass_fields__[name]
     return field(default=one.default, metadata=one.metadata)
 
@@ -57,10 +58,18 @@ class InspectionPolicy:
     # columns slower than the rows
     least_rate_rows: int = number(20, "rows below which the rate of a column is not judged")
     stale_share: float = number(0.02, "share of repeated rows below which a column is new in every row")
-    stale_ratio: float = number(3.0, "ratio of repeats in next rows to repeats further apart that a held column has")
+    stale_ratio: float = number(
+        3.0,
+        "ratio of repeats in next rows to repeats further apart that a held column has",
+        alarms=NONE,
+    )
     stale_lag: int = number(3, "mean lengths of a run of equal rows between rows further apart")
     least_bends: int = number(50, "second differences below which interpolation is not looked for")
-    kink_share: float = number(0.97, "share of the sum of second differences in the kinks of an interpolated column")
+    kink_share: float = number(
+        0.97,
+        "share of the sum of second differences in the kinks of an interpolated column",
+        alarms=NONE,
+    )
     most_kinks: float = number(0.6, "share of rows with a kink above which a column is rough, not interpolated")
     kink_height: float = number(0.1, "second difference over the median kink's above which a row is a kink")
     least_kinks: int = number(10, "kinks below which interpolation is not stated")
@@ -73,19 +82,29 @@ class InspectionPolicy:
 
     # repeated rows and full scale
     tie_free: float = number(0.01, "share of equal values below which equal rows cannot be chance")
-    frozen_alarm: float = number(1e-3, "expected runs of equal rows as long by chance, below which a run is frozen")
+    frozen_alarm: float = number(
+        1e-3,
+        "expected runs of equal rows as long by chance, below which a run is frozen",
+        alarms=NONE,
+    )
     frozen_jump: float = number(3.0, "usual steps above which the value after a run of equal rows has jumped")
     least_frozen: int = number(3, "equal rows at least of a frozen run whose values repeat by chance too")
     least_at_level: int = number(3, "equal extreme values below which no full scale is stated")
     overshoot: float = number(4.0, "steps or sigmas that the course extends beyond a cut-off level at least")
     moved_on: float = number(0.3, "motion of the other axes over the expected motion that a cut-off stretch has")
     least_visits: int = number(2, "visits to a full scale at least where values repeat by chance")
-    pile_ratio: float = number(4.0, "count of the outermost code over the next code's that a full scale has")
+    pile_ratio: float = number(
+        4.0,
+        "count of the outermost code over the next code's that a full scale has",
+        alarms=NONE,
+    )
     least_pile: int = number(10, "samples at the outermost code at least where noise exceeds the step")
 
     # spikes
     spike_sigma: float = number(
-        8.0, "local standard deviations of the interpolation error from which on a value is a spike"
+        8.0,
+        "local standard deviations of the interpolation error from which on a value is a spike",
+        alarms=NONE,
     )
     spike_step: float = number(0.4, "least standard deviation of that error, in least significant bits")
     spike_peak: float = number(1.2, "ratio of a spike's interpolation error to each neighbour's")
@@ -100,12 +119,20 @@ class InspectionPolicy:
     on_coarse_lattice: float = number(0.05, "the same for large values on a multiple of the step: floating point")
     least_on_lattice: float = number(0.85, "share of the values on a lattice at least")
     least_in_window: float = number(0.8, "share of the values on the lattice in each window of the fit at least")
-    lattice_alarm: float = number(1e-9, "probability that values without a lattice lie as close to one")
+    lattice_alarm: float = number(
+        1e-9,
+        "probability that values without a lattice lie as close to one",
+        alarms=NONE,
+    )
     least_large: int = number(16, "large and small values at least to recognise floating-point steps")
     small_values: float = number(20.0, "ratio of the largest value to values that count as small there")
     least_groups: int = number(8, "groups of eight codes at least before a preference for even codes is judged")
     least_in_group: int = number(40, "samples in such a group at least")
-    preferred: float = number(0.1, "deviation of the share of odd codes from one half above which codes are preferred")
+    preferred: float = number(
+        0.1,
+        "deviation of the share of odd codes from one half above which codes are preferred",
+        alarms=NONE,
+    )
     same_side: float = number(0.9, "share of groups with the same preference at least")
     all_on_lattice: float = number(0.999, "share of values on the lattice from which on strays are not reported")
     coarse_step: float = number(2.0, "least significant bit over the noise above which a note is given")
@@ -116,11 +143,19 @@ class InspectionPolicy:
     most_noise_share: float = number(0.05, "noise over the field's strength above which differences are motion")
     mean_lengths_s: tuple[float, ...] = number((1.0, 5.0, 20.0), "lengths of the means that are tested")
     filled_mean: float = number(0.8, "share of its samples that such a mean needs")
-    excess_sigma: float = number(4.0, "standard deviations of the variance of means above which noise is not white")
+    excess_sigma: float = number(
+        4.0,
+        "standard deviations of the variance of means above which noise is not white",
+        alarms="27 of 3000 white recordings of 60 s at any of the lengths: benchmarks/inspection_alarms.py",
+    )
     residual_ratio: float = number(2.0, "residual over its white noise above which a note is given")
     still_noise: float = number(3.0, "spread of the field over its noise below which a sensor does not move")
     least_spectrum: int = number(64, "samples below which no spectrum is computed")
-    tone_alarm: float = number(1e-5, "tones expected in white noise over all frequencies; the diagnosis has its own")
+    tone_alarm: float = number(
+        1e-5,
+        "tones expected in white noise over all frequencies; the diagnosis has its own",
+        alarms=NONE,
+    )
     mains_drift: float = number(1e-3, "relative deviation of the mains' frequency from its nominal value at most")
     mains_width: float = number(0.02, "width of a mains line over the sampling rate above which no tone is attributed")
     least_mains_rate_hz: float = number(2.0, "sampling rate above which aliases of the mains are listed")

@@ -1,4 +1,4 @@
-"""Numbers and names in sentences: one way to write each, in text and on pages."""
+"""Numbers, units and names as text in sentences and on pages."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from typing import Any
 import numpy as np
 
 SMALLEST, LARGEST = 1e-4, 1e7
-"""Outside these a number is written with a power of ten."""
+"""Sizes outside which numbers are written with a power of ten."""
 SYMBOLS = {"deg": "°"}
-"""The signs of units whose names in files are words."""
+"""Symbols of units with words as names in files."""
 ATTACHED = ("°",)
-"""Units that follow their number without a space."""
+"""Units that follow a number without a space."""
 
 
 def figure(value: float, significant: int = 3, *, zeros: bool = False) -> str:
-    """A number with so many significant digits and commas between thousands; a dash where there is none.
+    """Return a number with significant digits and commas between thousands; a dash for NaN and infinity.
 
-    zeros : keep those at the end, which tell how well the number is known.
+    zeros : keep trailing zeros, which indicate the accuracy.
     """
     if not np.isfinite(value):
         return "–"
@@ -31,39 +31,39 @@ def figure(value: float, significant: int = 3, *, zeros: bool = False) -> str:
 
 
 def quantity(value: float, unit: str) -> str:
-    """A number with its unit: "1,234 nT", "0.02°", "0.5" where there is none."""
+    """Return a number with unit: "1,234 nT", "0.02°", or "0.5" without unit."""
     mark = symbol(unit)
     return f"{figure(value)}{mark if mark in ATTACHED else f' {mark}'}".rstrip()
 
 
 def symbol(unit: str) -> str:
-    """A unit's sign for readers."""
+    """Return the symbol of a unit."""
     return SYMBOLS.get(unit, unit)
 
 
 def figures(values: Sequence[float] | Any, significant: int = 3) -> str:
-    """Numbers for a sentence: one where all are the same, else every one of them."""
+    """Return numbers for a sentence; a single number if all are equal."""
     texts = [figure(float(v), significant) for v in values]
     return texts[0] if len(set(texts)) == 1 else listed(texts)
 
 
 def listed(texts: Sequence[str]) -> str:
-    """ "a", "a and b", "a, b and c"."""
+    """Return "a", "a and b", "a, b and c"."""
     return ", ".join(texts[:-1]) + f" and {texts[-1]}" if len(texts) > 1 else "".join(texts)
 
 
 def counted(number: int, what: str, many: str = "") -> str:
-    """ "1 gap", "2 gaps", "no gap"."""
+    """Return "1 gap", "2 gaps", "no gap"."""
     return f"no {what}" if number == 0 else f"1 {what}" if number == 1 else f"{number:,} {many or what + 's'}"
 
 
 def all_of(number: int, what: str) -> str:
-    """ "both runs", "all 3 runs"."""
+    """Return "both runs", "all 3 runs"."""
     return f"both {what}" if number == 2 else f"all {number:,} {what}"
 
 
 def duration(seconds: float) -> str:
-    """A length of time in the unit that suits it."""
+    """Return a length of time in a suitable unit."""
     for unit, size in (("d", 86_400.0), ("h", 3600.0), ("min", 60.0)):
         if seconds >= 2 * size:
             return f"{figure(seconds / size)} {unit}"
@@ -71,24 +71,24 @@ def duration(seconds: float) -> str:
 
 
 def frequency(hertz: float) -> str:
-    """A rate in Hz, or the time between two where it is slow."""
+    """Return a rate in Hz, or the period of a slow rate."""
     return f"{figure(hertz, 4)} Hz" if hertz >= 0.2 else f"one in {duration(1 / hertz)}" if hertz > 0 else "0 Hz"
 
 
 def short(value: Any) -> str:
-    """A value for a terminal or a file, or a list of them in brackets: numbers to four digits."""
+    """Return a value, or a list in brackets, for terminals and files: numbers with four digits."""
     if isinstance(value, list):
         return "(" + ", ".join(short(v) for v in value) + ")"
     return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
 def digits(value: float, significant: int = 3) -> str:
-    """A measured number on a page: its significant digits, thousands parted by a thin space."""
+    """Return a measured number for a page: significant digits, thin spaces between thousands."""
     return _typeset(figure(value, significant, zeros=True))
 
 
 def plainly(value: float) -> str:
-    """A given or counted number on a page: up to seven digits, no zeros at the end."""
+    """Return a given or counted number for a page: up to seven digits, without trailing zeros."""
     return _typeset(f"{value:,.7g}")
 
 
@@ -97,10 +97,10 @@ def _typeset(number: str) -> str:
 
 
 def sentence(text: str) -> str:
-    """A clause as a sentence of its own."""
+    """Return a clause as a sentence."""
     return f"{text[:1].upper()}{text[1:]}."
 
 
 def words(name: str) -> str:
-    """A name for readers."""
+    """Return a name with spaces for underscores."""
     return name.replace("_", " ")

@@ -1,1 +1,1 @@
-"""What accuracy is possible: the Cramer-Rao bound of a calibration, and what the motion cannot tell."""
+"""Cramer-Rao bound of a calibration, and directions that a motion leaves unobservable."""

@@ -1,4 +1,4 @@
-"""The bound: the least standard deviations that any unbiased method can reach."""
+"""Cramer-Rao bound: least standard deviations of any unbiased method."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from validation.bound.knowledge import KNOWLEDGE
 
 @dataclass(frozen=True, eq=False)
 class Bound:
-    """What the information on offset and S times the strength, both in nT, allows of any figure made of them.
+    """Cramer-Rao bound of the offset b and of S times the strength F, both in nT.
 
-    scale : (k, k), how errors of the parameters are felt, p -> scale p; None: as they are. Where the strength is not
-    known S is taken with its trace fixed, S (1 - tr dS / tr S) + dS, since S / a and a F measure the same.
+    scale : (k, k), transformation of the errors, dp -> scale dp; None for the identity. Without the strength the trace
+    of S is fixed, S (1 - tr dS / tr S) + dS, since S / a and a F give equal measurements.
     """
 
     knowledge: str
@@ -30,25 +30,25 @@ class Bound:
 
     @classmethod
     def of(cls, known: Experiment, knowledge: str, *, strength_known: bool = True) -> Bound:
-        """The Cramer-Rao bound of an experiment with what is known of the field.
+        """Return the bound of an experiment with knowledge of the field, a key of KNOWLEDGE.
 
-        Raises InputError where the field's vector is known and its strength is not.
+        Raises InputError if the field's vector is known but the strength is not.
         """
         information = KNOWLEDGE[knowledge](known)
         if strength_known:
             return cls(knowledge, known.strength_nT, information)
         if information.tells_rotation:
-            what = "who knows the field's vector knows its strength"
+            what = "a known field vector has a known strength"
             raise InputError(what, where="--strength-unknown", do="ask with --knowledge norm or norm+gyro")
         return cls(knowledge, known.strength_nT, information, _fixed_trace(known.matrix, information))
 
     def shared_with(self, others: Sequence[Bound]) -> Bound:
-        """The bound when equal parts of the time are spent on this experiment and others: the mean information."""
+        """Return the bound for equal times of several experiments: the mean information."""
         mean = np.mean([one.information.matrix for one in (self, *others)], axis=0)
         return replace(self, information=replace(self.information, matrix=mean))
 
     def variance(self, figures: Array) -> Array:
-        """Variance (n,) of figures G p, G (n, k) per nT; infinite where the motion says nothing of them."""
+        """Return the variance (n,) of figures G p, G (n, k) per nT; infinite for unobservable figures."""
         told, untold = self._split
         finite = np.asarray(np.isfinite(figures).all(axis=1))
         felt = np.where(finite[:, None], figures, 0.0)
@@ -59,24 +59,24 @@ class Bound:
 
     @cached_property
     def covariance(self) -> Array:
-        """Covariance (k, k), nT^2; the variance of a parameter of which the motion says nothing is infinite."""
+        """Return the covariance (k, k) in nT^2, with infinite variance of unobservable parameters."""
         told, each = self._split[0], np.eye(len(self.information.matrix))
         covariance = told if self.scale is None else self.scale @ told @ self.scale.T
         return np.asarray(covariance - np.diag(np.diag(covariance)) + np.diag(self.variance(each)))
 
     @property
     def offset_std_nT(self) -> Array:
-        """Standard deviation (3,) of each component of the offset."""
+        """Return the standard deviation (3,) of each component of the offset."""
         return np.asarray(np.sqrt(np.diag(self.covariance)[:3]))
 
     @property
     def offset_rms_nT(self) -> float:
-        """Rms length of the offset's error, all three components together."""
+        """Return the rms length of the offset's error."""
         return float(np.sqrt(np.sum(self.offset_std_nT**2)))
 
     @property
     def matrix_std(self) -> Array:
-        """Standard deviation (3, 3) of the entries of S, without unit."""
+        """Return the standard deviation (3, 3) of the entries of S."""
         std = np.full((3, 3), np.nan)
         for (i, j), value in zip(self.information.places, np.sqrt(np.diag(self.covariance)[3:]), strict=True):
             std[i, j] = value / self.strength_nT
@@ -84,7 +84,7 @@ class Bound:
 
     @cached_property
     def _split(self) -> tuple[Array, Array]:
-        """Covariance (k, k) of what is told, and the directions (k, m), of parameters scaled to one, of what is not."""
+        """Return the covariance (k, k) of the observable part, and unobservable scaled directions (k, m)."""
         units = np.outer(self._size, self._size)
         values, vectors = np.linalg.eigh(self.information.matrix / units)
         told = values > SINGULAR * values[-1]
@@ -93,13 +93,13 @@ class Bound:
 
     @property
     def _size(self) -> Array:
-        """Inverse standard deviation (k,) of each parameter were the others known: what scales it to one."""
+        """Return the scale (k,) of the parameters: inverse standard deviation of each with all others known."""
         size = np.sqrt(np.diag(self.information.matrix))
         return np.where(size > 0, size, 1.0)
 
 
 def _fixed_trace(matrix: Array, information: Information) -> Array:
-    """I - s t^T / tr S (k, k): s the entries of S, t those whose sum is the trace."""
+    """Return I - s t^T / tr S (k, k): s holds the entries of S, t is 1 on the diagonal of S."""
     entries = np.array([0.0] * 3 + [matrix[i, j] for i, j in information.places])
     diagonal = np.array([0.0] * 3 + [float(i == j) for i, j in information.places])
     return np.asarray(np.eye(len(entries)) - np.outer(entries, diagonal) / np.trace(matrix))

@@ -1,4 +1,4 @@
-"""Noise that lasts from sample to sample, and rows freed of it: what a method that knows its spectrum is left with."""
+"""Coloured noise, and rows whitened as by a method with knowledge of the spectrum."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ from scenarios.arrays import Array
 from sim.effects.noise import FLICKER_LOW_HZ
 
 CORNERS_A_DECADE = 2
-"""First-order processes whose sum is flicker noise: at two a decade within 1 % of it."""
+"""First-order processes a decade whose sum is flicker noise within 1 %."""
 HIGHEST = 0.45
-"""Of the sample rate, the highest corner."""
+"""Highest corner frequency over the sample rate."""
 
 
 @dataclass(frozen=True)
 class Colour:
-    """Of each axis alike: flicker noise of one-sided density d^2 / f, and a random walk of q sqrt(t), zero at first."""
+    """Coloured noise, equal on all axes: flicker of one-sided density d^2 / f, and a random walk of q sqrt(t)."""
 
     flicker_nT_sqrt_hz: float
     walk_nT_sqrt_s: float
 
     def processes(self, step_s: Array) -> tuple[Array, Array, Array]:
-        """First-order processes x_(i+1) = decay_i x_i + w_i of this sum: var x_0 (m,), decay and var w (n - 1, m).
+        """Return var x_0 (m,), decay and var w (n - 1, m) of processes ``x_(i+1) = decay_i x_i + w_i`` in the noise.
 
-        A process of variance d^2 ln r and corner f_k, the corners r apart, has density d^2 ln r (2 / pi) f_k /
-        (f^2 + f_k^2); their sum is d^2 / f between the corners. The lowest is where all that is slow has the variance
+        A process of variance d^2 ln r and corner f_k, corners r apart, has density d^2 ln r (2 / pi) f_k /
+        (f^2 + f_k^2); the sum is d^2 / f between the corners. At the lowest corner the slow processes have the variance
         of a density that is flat below FLICKER_LOW_HZ.
         """
         lowest = FLICKER_LOW_HZ * 10.0 ** (0.5 / CORNERS_A_DECADE) / np.e
@@ -42,10 +42,10 @@ class Colour:
 
 
 def whitened(rows: Array, noise_std_nT: float, colour: Colour | None, step_s: Array) -> Array:
-    """Rows (n, r, k), whose first three columns say which way each sees the noise, over it: (n r, k), unit and white.
+    """Return rows (n, r, k) divided by the noise: (n r, k) with white noise of unit variance.
 
-    K^(-1/2) J,  K the covariance of the rows' noise, by a Kalman filter that runs over all columns. The r rows of a
-    sample must see noise of different axes.
+    K^(-1/2) J,  K the covariance of the rows' noise, by a Kalman filter over all columns. The first three columns of a
+    row are the direction of the noise; the r rows of a sample must have noise of different axes.
     """
     if colour is None:
         return np.asarray(rows.reshape(-1, rows.shape[2]) / noise_std_nT)

@@ -1,4 +1,4 @@
-"""The experiment behind a scenario or a measured recording, and its bound."""
+"""Experiments of scenarios and of measured recordings."""
 
 from __future__ import annotations
 
@@ -31,15 +31,14 @@ from validation.scoring.hold_out import Environment, hold_out
 from validation.signals.intervals import gaps_after
 
 VECTOR = "vector_least_squares"
-"""The method that takes the directions from the attitude."""
+"""Name of the calibrator with directions from the attitude."""
 
 
 def scenario_experiment(scenario: Scenario, noise_std_nT: float | None = None, *, coloured: bool = False) -> Experiment:
-    """Of a simulated run: the true field and motion, the first sensor's matrix, and its white noise if none is given.
+    """Return the experiment of a simulated run: true field and motion, matrix and white noise of the first sensor.
 
-    The gyro's noise is the scenario's; `coloured` takes its flicker noise and random walk beside the white as stated.
-
-    Raises InputError where the vehicle cannot do the motion, and where there is no noise.
+    The gyro's noise is the scenario's; `coloured` adds the scenario's flicker noise and random walk.
+    Raises InputError if the vehicle cannot perform the motion, and without noise.
     """
     return run_experiment(plan(scenario), noise_std_nT, coloured=coloured)
 
@@ -51,7 +50,7 @@ def run_experiment(
     coloured: bool = False,
     motions: Iterable[Motion] | None = None,
 ) -> Experiment:
-    """The same of a planned run, flown here if its motions are not given."""
+    """Return the experiment of a planned run, simulated here unless motions are given."""
     recording, truth = run_in_memory(run, motions)
     if coloured and noise_std_nT is None:
         noise_std_nT = stated_noise_nT(run.effects[0])
@@ -68,9 +67,9 @@ def true_experiment(
     where: str,
     noise_std_nT: float | None = None,
 ) -> Experiment:
-    """Of a recording with its truth: true field and motion, the matrix of its sensor's effects, and its white noise.
+    """Return the experiment of a recording with truth: true field and motion, matrix of the effects, white noise.
 
-    Raises InputError where there is no noise.
+    Raises InputError without noise.
     """
     sensor = hold_out(effects, Environment.of(recording, field_enu_nT))
     residual_nT = recording.mag_nT - truth.field_nT @ sensor.matrix.T - sensor.offset_nT
@@ -88,7 +87,7 @@ def recording_experiment(
     strength_nT: float | None = None,
     enu: Sequence[float] | None = None,
 ) -> Experiment:
-    """Of a measured recording's file, see `experiment_of`; InputError for files, columns and references of no use."""
+    """Return the experiment of a measured file, see `experiment_of`; InputError for unusable files and references."""
     file = file_of(path, run)
     recording = read_recording(file, maps=maps)
     return experiment_of(recording, reference_of(file, strength_nT, enu), noise_std_nT, str(file))
@@ -97,12 +96,12 @@ def recording_experiment(
 def experiment_of(
     recording: Recording, reference: Reference, noise_std_nT: float | None = None, where: str = "recording"
 ) -> Experiment:
-    """Of a measured recording: field and matrix as a calibration finds them, by its attitude where it has one.
+    """Return the experiment of a measured recording: field and matrix from a calibration, by attitude if recorded.
 
-    Where no calibration succeeds the field is that by the attitude, S being I, and without one what was measured,
-    hard iron and all. The strength tells one component of the noise, |h| - F over |S^-T u|. Turns are the attitude's,
-    else the gyro's.
-    Raises InputError where there is no noise.
+    If all calibrators fail, S = I and the field is that of the attitude, or the measured field (with hard iron). The
+    strength determines one component of the noise, |h| - F over |S^-T u|. Turns are those of the attitude, or of the
+    gyro without attitude.
+    Raises InputError without noise.
     """
     found = _seen(recording, reference)
     noise = _white(found.residual_nT, recording.time_s) if noise_std_nT is None else noise_std_nT
@@ -115,7 +114,7 @@ def experiment_of(
 
 @dataclass(frozen=True, eq=False)
 class _FittedField:
-    """Field (n, 3) and matrix (3, 3) of a recording, and what they leave of it (n, 3 or 1), nT."""
+    """Field (n, 3) and matrix (3, 3) of a recording, and the residual (n, 3 or 1), nT."""
 
     field_nT: Array
     matrix: Array
@@ -136,7 +135,7 @@ def _seen(recording: Recording, reference: Reference) -> _FittedField:
 
 
 def _fitted(recording: Recording, reference: Reference) -> Calibration | None:
-    """The calibration that knows most of those that succeed; None where none does."""
+    """Return the first successful calibration, from most to least parameters; None if all fail."""
     for name in (VECTOR, "ellipsoid", "sphere"):
         fit = get(name).fit(recording, reference)
         if fit.status.kind == "ok":
@@ -145,12 +144,12 @@ def _fitted(recording: Recording, reference: Reference) -> Calibration | None:
 
 
 def _white(residual_nT: Array, time_s: Array) -> float:
-    """Rms over the axes of the white noise in what no static sensor explains."""
+    """Return the white noise of a residual, rms over the axes."""
     return float(np.sqrt(np.mean(white_noise_std(residual_nT, gaps_after(time_s)) ** 2)))
 
 
 def _levelled(known: Experiment, q: Array, recording: Recording) -> Experiment:
-    """With what the recording's accelerometer says of up, by an attitude (n, 4)."""
+    """Return the experiment with the accelerometer's vertical and noise, by an attitude (n, 4)."""
     if recording.accel_m_s2 is None:
         return known
     up = Rotation.from_quat(q, scalar_first=True).as_matrix()[:, 2]
@@ -174,6 +173,6 @@ def _turns_of(q: Array) -> Array:
 
 def _along(field_nT: Array, matrix: Array, noise: float, time_s: Array, turns: Array | None, where: str) -> Experiment:
     if not noise > 0:
-        what = "there is no white noise, without which every accuracy is possible"
+        what = "there is no white noise, so accuracy has no limit"
         raise InputError(what, where=where, do="give --noise-std-nT")
     return Experiment(field_nT, matrix, noise, turns, np.diff(time_s))

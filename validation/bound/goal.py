@@ -1,4 +1,4 @@
-"""What a motion is to be good for: the figure of a calibration whose error is to be small."""
+"""Goal of a motion: the figure of merit to minimise."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from validation.scoring.definitions import SCORE_DEFINITIONS
 
 @dataclass(frozen=True)
 class Goal:
-    """A figure by its name with the unit, and the score of a calibration whose rms over trials it is."""
+    """Figure of merit: name with unit, and the score of a calibration with the figure as rms over trials."""
 
     name: str
     score: str
@@ -25,11 +25,11 @@ class Goal:
 
     @property
     def short(self) -> str:
-        """Its name in a sentence."""
+        """Return the name for a sentence."""
         return SCORE_DEFINITIONS[self.score].short
 
     def factor(self, known: Experiment, knowledge: str) -> Array:
-        """B (k, q), so that the figure's mean square is tr B^T C B, C the covariance of the parameters."""
+        """Return B (k, q) with ``tr B^T C B`` the mean square of the figure, C the covariance of the parameters."""
         if self is OFFSET:
             return np.eye(3 + len(PLACES[knowledge]))[:, :3]
         rows = rows_of(self.score, known, knowledge)
@@ -54,5 +54,5 @@ def parsed_target(text: str, where: str) -> tuple[Goal, float]:
     except ValueError:
         number = np.nan
     if not 0 < number < np.inf:
-        raise InputError(f"{value!r} is not a size to reach", where=where, do=f"write {name}=2")
+        raise InputError(f"{value!r} is not a positive number", where=where, do=f"write {name}=2")
     return GOALS[name], number

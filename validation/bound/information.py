@@ -1,4 +1,4 @@
-"""Fisher information of a calibration by what is known of the field: its strength, the gyro beside it, or all of it.
+"""Fisher information of a calibration for a known field strength, with or without gyro, or a known field vector.
 
 Parameters are in nT: the offset b, and the entries of S times the field's strength.
 """
@@ -25,19 +25,18 @@ FULL = tuple((i, j) for i in range(3) for j in range(3))
 Places = tuple[tuple[int, int], ...]
 Rows = Callable[[Array, Array], Array]
 SINGULAR = 1e-11
-"""Eigenvalue of the information, in units of its largest with every parameter in units of its own, that is rounding:
-the motion says nothing in that direction."""
+"""Eigenvalue over the largest, with scaled parameters, below which a direction is unobservable: rounding."""
 INVOLVED = 1e-4
-"""Share of such a direction from which a parameter, or a figure made of several, is part of it."""
+"""Share of a figure in unobservable directions above which the figure is unobservable."""
 BIAS = 3
 """Components of the gyro's bias."""
 
 
 @dataclass(frozen=True, eq=False)
 class Information:
-    """Fisher information (k, k), 1/nT^2, of offset and matrix; `places` (i, j) of the matrix's entries.
+    """Fisher information (k, k), 1/nT^2, of offset and matrix entries at `places` (i, j).
 
-    eddy_std_s : (3, 3), of the eddy term's entries, where it has to be found too
+    eddy_std_s : (3, 3), standard deviation of the eddy term's entries, where the term is estimated too
     """
 
     matrix: Array
@@ -46,45 +45,45 @@ class Information:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the parameters: offset_x, ..., S_xx, ..."""
+        """Return the names of the parameters: offset_x, ..., S_xx, ..."""
         return (*OFFSET, *(f"S_{AXES[i]}{AXES[j]}" for i, j in self.places))
 
     @property
     def tells_rotation(self) -> bool:
-        """Whether S is told with its rotation, which the field's strength says nothing of."""
+        """Return whether the rotation of S is estimated, which the field's strength does not determine."""
         return self.places == FULL
 
 
 def vector(known: Experiment) -> Information:
-    """Field vector and attitude known, twelve parameters: sum_i J_i^T J_i / sigma^2."""
+    """Return ``sum_i J_i^T J_i / sigma^2`` for known field vector and attitude: twelve parameters."""
     return _summed(known, vector_rows, FULL)
 
 
 def norm(known: Experiment) -> Information:
-    """Only the strength known, nine parameters, S symmetric: the direction of every sample is a nuisance."""
+    """Return the information for a known strength: nine parameters, S symmetric, directions as nuisance parameters."""
     return _summed(known, norm_rows, SYMMETRIC)
 
 
 def directed(known: Experiment) -> Information:
-    """Field vector and attitude known and S symmetric: more than any gyro tells beside the strength."""
+    """Return the information for known field vector and attitude, S symmetric: an upper limit for any gyro."""
     return _summed(known, directed_rows, SYMMETRIC)
 
 
 def vector_rows(h: Array, matrix: Array) -> Array:
-    """J (n, 3, 12) of fields h (n, 3), in units of the strength: what a sample tells, over the noise."""
+    """Return J (n, 3, 12) of fields h (n, 3), in units of the strength."""
     return jacobian(h, FULL)
 
 
 def directed_rows(h: Array, matrix: Array) -> Array:
-    """J (n, 3, 9) of fields h (n, 3), in units of the strength, their directions known and S symmetric."""
+    """Return J (n, 3, 9) of fields h (n, 3), in units of the strength, for known directions and symmetric S."""
     return jacobian(h, SYMMETRIC)
 
 
 def norm_rows(h: Array, matrix: Array) -> Array:
-    """n J (n, 1, 9) of fields h (n, 3), in units of the strength, seen by S (3, 3).
+    """Return n J (n, 1, 9) of fields h (n, 3), in units of the strength, for a sensor S (3, 3).
 
-    A direction moves S h in the plane S T, T tangent to the sphere: what is left of a sample is its component along
-    the normal of that plane, S^-T h.
+    An unknown direction moves S h in the plane S T, T tangent to the sphere; a sample gives only the component along
+    the normal of the plane, S^-T h.
     """
     normal = h @ np.linalg.inv(matrix)
     normal /= np.linalg.norm(normal, axis=1)[:, None]
@@ -98,19 +97,19 @@ def _summed(
 
 
 def _square(known: Experiment, rows: Array) -> Array:
-    """Sum of squares (k, k) of rows (n, r, k) over the noise, white or coloured."""
+    """Return the sum of squares (k, k) of rows (n, r, k) divided by white or coloured noise."""
     flat = whitened(rows, known.noise_std_nT, known.colour, known.step_s)
     return np.asarray(flat.T @ flat)
 
 
 def vector_and_eddy(known: Experiment) -> Information:
-    """As `vector` where the nine entries of an eddy term B dh/dt have to be found too, in all 21 parameters.
+    """Return the information as `vector` with nine unknown entries of an eddy term B dh/dt: 21 parameters.
 
     Raises InputError for a recording without turns.
     """
     rate = known.field_rate_nT_s
     if rate is None:
-        what = "no gyro and no attitude tell how fast the field turns"
+        what = "the rate of the field is unknown without gyro and attitude"
         raise InputError(what, where="--knowledge vector+eddy", do="map a gyro, or ask with --knowledge vector")
     size = float(np.sqrt(np.mean(np.sum(rate**2, axis=1)))) or 1.0
     eddy = jacobian(rate / size, FULL)[:, :, 3:]
@@ -128,7 +127,7 @@ def vector_and_eddy(known: Experiment) -> Information:
 
 
 def _cleared(information: Array, size: Array) -> Array:
-    """Information (k, k) without what is rounding where its parameters were of a size (k,) before others went out."""
+    """Return information (k, k) without rounding errors; size (k,) of the parameters before elimination of others."""
     values, axes = np.linalg.eigh(information / np.outer(size, size))
     root = axes * np.sqrt(np.where(values > SINGULAR, values, 0.0)) * size[:, None]
     root[np.sum(root**2, axis=1) < SINGULAR * size**2] = 0.0
@@ -136,13 +135,13 @@ def _cleared(information: Array, size: Array) -> Array:
 
 
 def norm_and_gyro(known: Experiment) -> Information:
-    """The strength known, and directions carried from sample to sample by a gyro of unknown bias and white noise.
+    """Return the information for a known strength, and directions linked by a gyro with unknown bias and white noise.
 
-    u_(i+1) = turn_i u_i + (bias + w_i) step x u,  two coordinates of u a sample in the plane across it.
+    u_(i+1) = turn_i u_i + (bias + w_i) step x u,  with two coordinates of u a sample in the tangent plane.
     Raises InputError for a recording without turns, and for coloured noise.
     """
     if known.turns is None:
-        what = "no gyro and no attitude carry the field from sample to sample"
+        what = "there is neither gyro nor attitude to link the samples"
         raise InputError(what, where="--knowledge norm+gyro", do="map a gyro, or ask with --knowledge norm")
     only_white(known)
     J = jacobian(known.field_nT / known.strength_nT, SYMMETRIC)
@@ -159,14 +158,14 @@ def norm_and_gyro(known: Experiment) -> Information:
 
 
 def only_white(known: Experiment) -> None:
-    """InputError for noise that lasts."""
+    """Raise InputError for coloured noise."""
     if known.colour is not None:
-        what = "the bound with a gyro counts white noise alone"
+        what = "the bound with a gyro supports only white noise"
         raise InputError(what, where="--coloured", do="leave it out, or ask with --knowledge norm or vector")
 
 
 def _drift(known: Experiment, across: Array, unknown: int) -> Array:
-    """How the gyro's scales, where they are unknown, and its bias turn each step: (n - 1, 2, unknown)."""
+    """Return the rotation (n - 1, 2, unknown) of each step by the gyro's unknown scales, if any, and bias."""
     turned = np.einsum("nai,nab->nib", across[1:], cross_matrices(known.directions[1:]), optimize=True)
     by_bias = known.step_s[:, None, None] * turned
     if unknown == BIAS:
@@ -176,15 +175,15 @@ def _drift(known: Experiment, across: Array, unknown: int) -> Array:
 
 
 SAMPLE: dict[str, Rows] = {"norm": norm_rows, "vector": vector_rows}
-"""What one sample tells, where its order among the others says nothing."""
+"""Rows of one sample, for knowledge without regard to the order of samples."""
 AT_MOST: dict[str, Rows] = SAMPLE | {"norm+gyro": directed_rows}
-"""What one sample tells at most: a gyro without noise and bias, and one direction, would tell the others."""
+"""Upper limit of the rows of one sample: a perfect gyro and one direction determine all directions."""
 
 
 def jacobian(h: Array, places: Places) -> Array:
-    """d m / d p (n, 3, 3 + entries), p in nT, h (n, 3) the field over its strength.
+    """Return d m / d p (n, 3, 3 + entries), p in nT, for h (n, 3) the field over the strength.
 
-    An entry off the diagonal of a symmetric S stands on both sides.
+    An off-diagonal entry of a symmetric S appears on both sides of the diagonal.
     """
     J = np.zeros((len(h), 3, 3 + len(places)))
     J[:, :, :3] = np.eye(3)
@@ -196,6 +195,6 @@ def jacobian(h: Array, places: Places) -> Array:
 
 
 def without_last(information: Array, count: int) -> Array:
-    """The information on the first parameters when the last `count` are not known: their Schur complement."""
+    """Return the information with the last `count` parameters unknown: the Schur complement."""
     A, B, D = information[:-count, :-count], information[:-count, -count:], information[-count:, -count:]
     return np.asarray(A - B @ np.linalg.pinv(D, hermitian=True) @ B.T)

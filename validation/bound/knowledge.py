@@ -1,4 +1,4 @@
-"""What may be known of the field, by the word that a user gives, and the information in it."""
+"""Knowledge of the field by user option, and functions for the Fisher information."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ KNOWLEDGE: dict[str, Callable[[Experiment], Information]] = {
     "vector": vector,
     "vector+eddy": vector_and_eddy,
 }
-"""The information in an experiment."""
+"""Functions for the Fisher information of an experiment."""
 PLACES: dict[str, Places] = {word: FULL if word.startswith("vector") else SYMMETRIC for word in KNOWLEDGE}
-"""The entries of S that each tells."""
+"""Entries of S that each knowledge determines."""
 COLOURED = frozenset(word for word in KNOWLEDGE if "gyro" not in word)
-"""Those whose bound counts noise that lasts; along a gyro white noise alone is counted."""
+"""Knowledge with bounds for coloured noise; with a gyro only white noise is supported."""

@@ -1,4 +1,4 @@
-"""Fisher information where a gyro links attitudes and an accelerometer sees which way is up."""
+"""Fisher information with attitudes linked by a gyro, and an accelerometer for the vertical."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ WORD = "norm+gyro+accel"
 OF_ACCELEROMETER = 5
 """The field's inclination, gravity, and the accelerometer's bias."""
 GRAVITY_STD_M_S2 = GyroAccelMl.gravity_std_m_s2
-"""To which gravity is known, as the method takes it."""
+"""Standard deviation of gravity, as assumed by the calibrator."""
 
 
 def norm_gyro_and_accel(known: Experiment) -> Information:
-    """The strength known, attitudes carried by a gyro of unknown bias, and up measured beside the field.
+    """Return the information for a known strength, attitudes from a gyro with unknown bias, and a measured vertical.
 
     x_(i+1) = turn_i x_i + (bias + w_i) step,  x a small rotation of the body; d u = x x u,  d a = g x x up. Inclination
-    of the field and bias of the accelerometer are unknown, gravity is known to GRAVITY_STD_M_S2.
+    of the field and bias of the accelerometer are unknown; gravity is known to GRAVITY_STD_M_S2.
     Raises InputError for a recording without turns or attitude, and for coloured noise.
     """
     if known.turns is None or known.up is None:
-        what = "no attitude and accelerometer say which way is up"
+        what = "there is no attitude or no accelerometer for the vertical"
         raise InputError(what, where=f"--knowledge {WORD}", do="map both, or ask with --knowledge norm+gyro")
     only_white(known)
     scales = known.gyro_scale_std > 0
@@ -44,7 +44,7 @@ def norm_gyro_and_accel(known: Experiment) -> Information:
 
 
 def _measured(known: Experiment, up: Array, unknown: int) -> tuple[Array, Array]:
-    """M (n, 6, 3) and J (n, 6, 9 + unknown), field and force over their noises."""
+    """Return M (n, 6, 3) and J (n, 6, 9 + unknown) of field and specific force, each divided by the noise."""
     own = jacobian(known.field_nT / known.strength_nT, SYMMETRIC)
     first = own.shape[2]
     M, J = np.empty((len(up), 6, 3)), np.zeros((len(up), 6, first + unknown))
@@ -61,7 +61,7 @@ def _measured(known: Experiment, up: Array, unknown: int) -> tuple[Array, Array]
 
 
 def _drift(known: Experiment, columns: int, scales: bool) -> Array:
-    """How the gyro's scales, where they are unknown, and its bias turn each step: (n - 1, 3, columns)."""
+    """Return the rotation (n - 1, 3, columns) of each step by the gyro's unknown scales, if any, and bias."""
     assert known.rate_rad_s is not None
     B = np.zeros((len(known.step_s), 3, columns))
     B[:, :, -BIAS:] = known.step_s[:, None, None] * np.eye(3)

@@ -1,4 +1,4 @@
-"""The limit that tilts set to any motion: the best of all ways to spend the samples on attitudes within them."""
+"""Limit of any motion within tilts: the optimal distribution of samples over attitudes."""
 
 from __future__ import annotations
 
@@ -14,30 +14,30 @@ from validation.bound.goal import OFFSET, Goal
 from validation.bound.information import AT_MOST, SINGULAR
 
 YAW_STEP_DEG = 5.0
-"""Of the attitudes that a design is made of; at half the step the limits of the standard case change by under 0.1 %."""
+"""Yaw step of a design's attitudes; half the step changes limits of the standard case by less than 0.1 %."""
 TILT_STEP_DEG = 10.0
 UPRIGHT_DEG, HALF_TURN_DEG = 90.0, 180.0
 LEAST_TILTS = 9
 """Tilts about each axis, however narrow the limits."""
 GAP = 1e-3
-"""The design is done when no other can be better by more than this share."""
+"""Relative duality gap at which a design is optimal."""
 MOST_ROUNDS = 10_000
 BETWEEN = 25
-"""Rounds among the candidates with weight between two looks at all."""
+"""Rounds over candidates with weight, between two rounds over all candidates."""
 RARE = 1e-7
-"""Weight, in units of the largest, of a candidate that waits for such a look."""
+"""Weight over the largest below which a candidate is left to rounds over all."""
 
 
 @dataclass(frozen=True)
 class Tilts:
-    """|roll| and |pitch| stay within these, degrees; yaw is free."""
+    """Limits of |roll| and |pitch| in degrees; yaw is free."""
 
     roll_deg: float
     pitch_deg: float
 
     @classmethod
     def parsed(cls, text: str, where: str) -> Tilts:
-        """Read "ROLL,PITCH"; InputError for anything else, and beyond 180 and 90 degrees."""
+        """Read "ROLL,PITCH"; InputError for other texts, and beyond 180 and 90 degrees."""
         try:
             roll, pitch = (float(part) for part in text.split(","))
         except ValueError:
@@ -46,7 +46,7 @@ class Tilts:
 
     @classmethod
     def checked(cls, roll: float, pitch: float, where: str) -> Tilts:
-        """Of numbers; InputError for what is none, and beyond 180 and 90 degrees."""
+        """Return tilts from numbers; InputError for NaN, and beyond 180 and 90 degrees."""
         if not (0 <= roll <= 180 and 0 <= pitch <= 90):
             do = "give roll up to 180 and pitch up to 90 degrees, as in 5,45"
             raise InputError(f"{roll:g},{pitch:g} is no pair of tilts", where=where, do=do)
@@ -54,15 +54,15 @@ class Tilts:
 
     @classmethod
     def of(cls, attitudes: Rotation) -> Tilts:
-        """The least that hold these attitudes."""
+        """Return the smallest limits that contain all attitudes."""
         pitch, roll = tilts_deg(attitudes).max(axis=0)
         return cls(float(roll), float(pitch))
 
     def angles_deg(self, step_deg: float | None = None) -> Array:
-        """Yaw, pitch, roll (m, 3) of a grid over all that they allow.
+        """Return yaw, pitch, roll (m, 3) of a grid over all attitudes within the limits.
 
-        step_deg : whole multiples of so much alone, as a person can show them, and none with the nose straight up or
-        down, where yaw and roll are one.
+        step_deg : only whole multiples, for flights by hand; without nose straight up or down, where yaw and roll
+        coincide.
         """
         if step_deg is None:
             pitch, roll = _grid(self.pitch_deg), _grid(self.roll_deg)
@@ -73,15 +73,15 @@ class Tilts:
         return np.reshape(np.meshgrid(yaw, pitch, roll, indexing="ij"), (3, -1)).T
 
     def attitudes(self) -> Rotation:
-        """The grid as rotations."""
+        """Return the grid as rotations."""
         return Rotation.from_euler("ZYX", self.angles_deg(), degrees=True)
 
 
 @dataclass(frozen=True, eq=False)
 class Limit:
-    """The least error within tilts, of the goal's unit, and by how much of it, at most, the design misses the best.
+    """Least error within tilts, in the goal's unit, infinite if unobservable; and the relative gap to the optimum.
 
-    attitudes (m), weights (m,) : the design, share of the samples each; infinite where the tilts do not tell it.
+    attitudes (m), weights (m,) : the design, with the share of the samples of each attitude.
     """
 
     tilts: Tilts
@@ -93,13 +93,12 @@ class Limit:
 
 
 def limit(known: Experiment, knowledge: str, tilts: Tilts, goal: Goal = OFFSET, before: Array | None = None) -> Limit:
-    """A-optimal design for a goal B: min_w tr B^T (sum_k w_k I_k)^-1 B, w >= 0, sum w = 1; B the offset's block.
+    """Return the A-optimal design for a goal B: min_w tr B^T (sum_k w_k I_k)^-1 B, w >= 0, sum w = 1.
 
-    before : information (k, k) that there is already beside the samples'
-
-    I_k is the information of a sample at attitude k, with a gyro at most (AT_MOST): no motion is below that limit, and
-    none reaches it. For so many samples and the noise of the experiment, whichever way
-    it moved. Raises InputError where the field's vector is not known, or the knowledge depends on the samples' order.
+    before : information (k, k) from earlier samples.
+    I_k is the information of a sample at attitude k, with a gyro an upper limit (AT_MOST): no motion is better. The
+    experiment gives number of samples and noise; the motion does not matter.
+    Raises InputError without the field's vector, and for knowledge that depends on the order of the samples.
     """
     attitudes, rows = candidates(known, knowledge, tilts)
     variance, gap, weights = optimal(rows, goal.factor(known, knowledge), before)
@@ -107,35 +106,35 @@ def limit(known: Experiment, knowledge: str, tilts: Tilts, goal: Goal = OFFSET, 
 
 
 def candidates(known: Experiment, knowledge: str, tilts: Tilts) -> tuple[Rotation, Array]:
-    """Attitudes (m) of the tilts' grid, and what a sample at each tells, were it all of them: rows (m, r, k).
+    """Return attitudes (m) of the tilts' grid, and rows (m, r, k) for all samples at one attitude.
 
     Raises InputError as `limit` does.
     """
     if known.field_enu_nT is None:
         raise InputError("the field's direction is not known", where="--tilt-limits", do="give --field-enu-nT E,N,U")
     if knowledge not in AT_MOST:
-        what = f"what {knowledge} tells depends on the order of the samples, and a limit over attitudes has none"
+        what = f"information by {knowledge} depends on the order of the samples, which a limit over attitudes ignores"
         raise InputError(what, where="--tilt-limits", do=f"ask with --knowledge {' or '.join(AT_MOST)}")
     if known.colour is not None:
-        what = "noise that lasts makes the order of the samples count, and a limit over attitudes has none"
+        what = "with coloured noise the order of the samples matters, which a limit over attitudes ignores"
         raise InputError(what, where="--tilt-limits", do="leave --coloured out")
     attitudes = tilts.attitudes()
     return attitudes, sample_rows(known, knowledge, attitudes) * np.sqrt(len(known.field_nT))
 
 
 def sample_rows(known: Experiment, knowledge: str, attitudes: Rotation) -> Array:
-    """What a sample at each attitude tells, over the noise: rows (m, r, k), 1/nT, whose squares are its information."""
+    """Return rows (m, r, k) in 1/nT of a sample at each attitude; squares of rows are the information."""
     assert known.field_enu_nT is not None
     field = attitudes.inv().apply(known.field_enu_nT) / known.strength_nT
     return AT_MOST[knowledge](field, known.matrix) / known.noise_std_nT
 
 
 def optimal(rows: Array, wanted: Array, before: Array | None = None) -> tuple[float, float, Array]:
-    """Weights (m,) of candidates with rows (m, r, k) that minimise f = tr B^T M^-1 B, B (k, q) what is wanted.
+    """Return weights (m,) of candidates with rows (m, r, k) that minimise ``f = tr B^T M^-1 B``, B (k, q) `wanted`.
 
     M = before + sum_k w_k I_k. With d_k = tr B^T M^-1 I_k M^-1 B the weights become w_k sqrt(d_k), normalised
     [Yu2010]; no design is below f^2 / (f + max_k d_k - sum_k w_k d_k). Returns f, the gap of sqrt f, and w; f is
-    infinite where M is singular.
+    infinite for singular M.
     """
     weights, variance, gap = np.full(len(rows), 1.0 / len(rows)), np.inf, 0.0
     for _ in range(MOST_ROUNDS // BETWEEN):
@@ -153,7 +152,7 @@ def optimal(rows: Array, wanted: Array, before: Array | None = None) -> tuple[fl
 
 
 def _settled(rows: Array, weights: Array, wanted: Array, before: Array | None) -> Array:
-    """Weights after some rounds among the candidates that matter."""
+    """Return weights after BETWEEN rounds over the given candidates."""
     total = weights.sum()
     for _ in range(BETWEEN):
         weights = total * _moved(weights, felt(rows, weights, wanted, before)[1])
@@ -166,7 +165,7 @@ def _moved(weights: Array, slope: Array) -> Array:
 
 
 def felt(rows: Array, weights: Array, wanted: Array, before: Array | None) -> tuple[float, Array]:
-    """f and the d_k (m,) of weights; infinite and nothing where M is singular."""
+    """Return f and d_k (m,) of weights; infinity and ones for singular M."""
     spread = (rows * weights[:, None, None]).reshape(-1, rows.shape[2])
     told = spread.T @ rows.reshape(-1, rows.shape[2])
     covariance = inverse(told if before is None else before + told)
@@ -177,7 +176,7 @@ def felt(rows: Array, weights: Array, wanted: Array, before: Array | None) -> tu
 
 
 def inverse(information: Array) -> Array | None:
-    """The inverse, every parameter scaled to one first; None where it is singular."""
+    """Return the inverse, computed with scaled parameters; None for a singular matrix."""
     size = np.sqrt(np.diag(information))
     if not (size > 0).all():
         return None
@@ -188,7 +187,7 @@ def inverse(information: Array) -> Array | None:
 
 
 def tilts_deg(attitudes: Rotation) -> Array:
-    """|pitch| and |roll| (n, 2)."""
+    """Return |pitch| and |roll| (n, 2)."""
     down = attitudes.as_matrix()[:, 2]
     pitch, roll = np.arcsin(np.clip(down[:, 0], -1.0, 1.0)), np.arctan2(down[:, 1], down[:, 2])
     return np.asarray(np.degrees(np.abs(np.column_stack([pitch, roll]))))

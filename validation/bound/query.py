@@ -1,4 +1,4 @@
-"""A question to the bound, and the answer: the least errors, what they mean, and what is weak."""
+"""Query of the Cramer-Rao bound, and the answer: least errors, score bounds and weak directions."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ OPTION = "--what-if"
 
 @dataclass(frozen=True, eq=False)
 class BoundAnswer:
-    """Of one experiment: the bound, the least errors of what it is used for, the weak directions, the tilts' limit."""
+    """Bound of an experiment, with score bounds, weak directions, and the limit of the tilts."""
 
     known: Experiment
     bound: Bound
@@ -30,12 +30,12 @@ class BoundAnswer:
 
 @dataclass(frozen=True)
 class BoundQuery:
-    """What a method is told: `knowledge` of the field, with its strength or without; and noise that is stated.
+    """Information given to a method: `knowledge` of the field, with or without strength, and the noise.
 
-    noise_std_nT, gyro_std_rad_s : of white noise; None: as found
-    tilts : those within which the limit of all motions is asked; None: of none
-    coloured : of a scenario, with its flicker noise and random walk
-    gyro_scale_std : of the gyro's scale, each axis, a fraction; 0: it is exact
+    noise_std_nT, gyro_std_rad_s : white noise; None for the noise of the experiment
+    tilts : tilts for the limit of all motions; None for no limit
+    coloured : with the scenario's flicker noise and random walk
+    gyro_scale_std : standard deviation of the gyro's scale, each axis, a fraction; 0 for an exact scale
     """
 
     knowledge: str = "norm"
@@ -47,7 +47,7 @@ class BoundQuery:
     gyro_scale_std: float = 0.0
 
     def answer(self, known: Experiment) -> BoundAnswer:
-        """The answer for an experiment; InputError for knowledge that it does not hold."""
+        """Return the answer for an experiment; InputError for knowledge that the experiment does not provide."""
         if self.gyro_std_rad_s is not None:
             known = replace(known, gyro_std_rad_s=self.gyro_std_rad_s)
         known = replace(known, gyro_scale_std=self.gyro_scale_std)
@@ -56,13 +56,13 @@ class BoundQuery:
         return BoundAnswer(known, bound, uses(known, bound), weak_directions(known, bound), least)
 
     def of_scenario(self, scenario: Scenario) -> BoundAnswer:
-        """The answer for a simulated run; InputError where the vehicle cannot do the motion."""
+        """Return the answer for a simulated run; InputError if the vehicle cannot perform the motion."""
         return self.answer(scenario_experiment(scenario, self.noise_std_nT, coloured=self.coloured))
 
 
 @dataclass(frozen=True)
 class WhatIf:
-    """The answers at the values that one of a scenario's takes."""
+    """Answers for several values of a scenario's parameter."""
 
     key: str
     values: Sequence[Value]
@@ -70,7 +70,7 @@ class WhatIf:
 
     @classmethod
     def of(cls, question: BoundQuery, scenario: Scenario, sweep: Sweep) -> WhatIf:
-        """Fly the scenario at each value; InputError where the vehicle cannot."""
+        """Simulate the scenario at each value; InputError if the vehicle cannot perform the motion."""
         flown = [swept(scenario, {sweep.key: value}, OPTION) for value in sweep.values]
         answers = [question.of_scenario(one) for one in flown]
         return cls(sweep.key, sweep.values, answers)

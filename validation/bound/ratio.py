@@ -1,4 +1,4 @@
-"""Scores as ratios to the bound: how far a calibrator is from what any method could reach with what it is told."""
+"""Scores as ratios to the Cramer-Rao bound for the information given to a calibrator."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ from validation.bound.sensor_noise import stated_noise_nT
 from validation.scoring.definitions import SCORE_DEFINITIONS
 
 OTHER_SENSORS = {"scalar", "array"}
-"""What tells a method more than one magnetometer does: no bound is known for it."""
+"""Needs of calibrators with more sensors than a magnetometer, without a bound."""
 Leasts = dict[tuple[str, str], float]
-"""The least rms of scores, by what is known of the field and the score's column."""
+"""Least rms of scores, by knowledge of the field and column of the score."""
 
 
 def knowledge_of(name: str, needs: Collection[str], *, attitude_free: bool, eddy: bool = False) -> str | None:
-    """What a calibrator is told of the field, and whether it finds eddy currents beside it, by the word of `KNOWLEDGE`.
+    """Return a calibrator's knowledge of the field, and of eddy currents if estimated, as a key of KNOWLEDGE.
 
-    needs : what it says it needs of a recording, keys of NEEDS. None for other or several sensors.
+    needs : quantities that the calibrator needs of a recording, keys of NEEDS. None for other or several sensors.
     """
     if "@" in name or OTHER_SENSORS & set(needs):
         return None
@@ -39,9 +39,9 @@ def knowledge_of(name: str, needs: Collection[str], *, attitude_free: bool, eddy
 
 
 def least_in(run: PreparedRun, knowledges: set[str], flights: MotionCache | None = None) -> Leasts:
-    """The least rms of scores over trials of one run, its noise as stated; flights: motions that may be used again.
+    """Return the least rms of scores over trials of a run with the stated noise; flights : cache of motions.
 
-    Empty where there is no bound: without noise, or where the vehicle cannot do the motion.
+    Empty without a bound: no noise, or a vehicle that cannot perform the motion.
     """
     try:
         motions = None if flights is None else flights.motions(run)
@@ -52,10 +52,10 @@ def least_in(run: PreparedRun, knowledges: set[str], flights: MotionCache | None
 
 
 def least_of(known: Experiment, knowledges: set[str]) -> Leasts:
-    """The same of an experiment.
+    """Return the least rms of scores of an experiment.
 
-    Where a gyro links the samples and noise lasts no bound counts both: no method is below the larger of that of the
-    white noise alone and that of known directions.
+    No bound covers a gyro together with coloured noise: the larger of two lower bounds is taken, for white noise alone
+    and for known directions.
     """
     found: Leasts = {}
     for knowledge in sorted(knowledges):
@@ -74,9 +74,9 @@ def _leasts(known: Experiment, bound: Bound) -> Leasts:
 
 
 def bound_ratio(values: Array, least: Array) -> float | None:
-    """Rms over the trials with an estimate of a score (n,) over the least (n,) that any method can reach in its run.
+    """Return the rms over trials of score (n,) over bound (n,); trials without estimate or bound are left out.
 
-    Trials in whose run there is no such limit, which is none, NaN or infinite, are left out; None where all are.
+    None if no trial is left.
     """
-    told = np.isfinite(values) & np.isfinite(least) & (least > 0)
-    return float(np.sqrt(np.mean((values[told] / least[told]) ** 2))) if told.any() else None
+    valid = np.isfinite(values) & np.isfinite(least) & (least > 0)
+    return float(np.sqrt(np.mean((values[valid] / least[valid]) ** 2))) if valid.any() else None

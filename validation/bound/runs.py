@@ -1,4 +1,4 @@
-"""The bound in each run of a scenario by itself."""
+"""Bounds of single runs of a scenario."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from validation.bound.ratio import Leasts, least_in
 
 @dataclass(frozen=True)
 class RunBounds:
-    """The least rms of scores over trials of one and the same run, by what is known and the score's column.
+    """Least rms of scores over trials of a single run, by knowledge and column of the score.
 
-    knowledges : words of KNOWLEDGE. Runs that differ in noise alone have one bound, and runs that share their physics
-    are flown once.
+    knowledges : keys of KNOWLEDGE. Runs that differ only in noise have equal bounds; runs with equal physics are
+    simulated once.
     """
 
     scenario: Scenario
@@ -25,7 +25,7 @@ class RunBounds:
     _found: dict[str, Leasts] = field(default_factory=dict, repr=False, compare=False)
 
     def of(self, run: int) -> Leasts:
-        """In a run; empty where there is no bound: without noise, or where the vehicle cannot do the motion."""
+        """Return the bounds of a run; empty without noise, and if the vehicle cannot perform the motion."""
         if not self.knowledges:
             return {}
         ready = plan(self.scenario, run, self.seed)

@@ -1,4 +1,4 @@
-"""What the bound means for what a calibration is used for: the scores of a run, by the delta method."""
+"""Cramer-Rao bounds of scores, by the delta method."""
 
 from __future__ import annotations
 
@@ -27,22 +27,22 @@ from validation.scoring.hold_out import (
 
 UP = np.array([0.0, 0.0, 1.0])
 DRAWS = 400
-"""Errors drawn for a figure that is not linear in them: its mean is known to 1 / sqrt(400) of its spread."""
+"""Errors drawn for a nonlinear score, whose mean then has an error of 1 / sqrt(400) of the spread."""
 
 
 @dataclass(frozen=True)
 class Use:
-    """A score, and the least of it that any method can reach on the average over recordings; infinite: no limit."""
+    """Score, and the least value of any method on average over recordings; infinite if unobservable."""
 
     meaning: ScoreDefinition
     value: float
 
 
 def uses(known: Experiment, bound: Bound) -> tuple[Use, ...]:
-    """The strength over all attitudes, and where the field's vector is known heading, anomaly and figure of merit.
+    """Return bounds of the strength over all attitudes, and for a known field vector of heading, anomaly, merit.
 
-    dh = -S^-1 (db + dS h), the error of the corrected field on the hold-out of `validation.scoring`; where the rotation
-    of the sensor is not told, the symmetric part of S^-1 dS stands for it, as in the scores.
+    dh = -S^-1 (db + dS h), the error of the corrected field on the hold-out of `validation.scoring`. Without the
+    rotation of the sensor the symmetric part of S^-1 dS is taken, as in the scores.
     """
     names = [STRENGTH] if known.field_enu_nT is None else list(ROWS)
     found = [
@@ -54,12 +54,12 @@ def uses(known: Experiment, bound: Bound) -> tuple[Use, ...]:
 
 
 def rows_of(name: str, known: Experiment, knowledge: str) -> Array:
-    """Rows (n, k) of a score that is the rms of figures G p, in its unit per nT."""
+    """Return rows G (n, k) of a score that is the rms of figures G p, in units of the score per nT."""
     return ROWS[name](known, PLACES[knowledge])
 
 
 def _heading_deg(known: Experiment, places: Places) -> Array:
-    """(e_e n - e_n e) / (e^2 + n^2), e_e and e_n the east and north of the corrected field's error."""
+    """Return rows of (e_e n - e_n e) / (e^2 + n^2) in degrees: e_e, e_n the field's errors, e, n the field."""
     attitudes, enu_nT = level_attitudes(LEVEL_ATTITUDES), _field(known)
     across = np.array([enu_nT[1], -enu_nT[0], 0.0])
     horizontal = float(across @ across)
@@ -74,7 +74,7 @@ def _strength(known: Experiment, places: Places) -> Array:
 
 
 def _anomaly(known: Experiment, places: Places) -> Array:
-    """Of the total field along the survey line over a dipole, less its mean."""
+    """Return rows of the total field along the survey line over a dipole, less the mean."""
     (pos_m, attitudes), enu_nT = survey_line(), _field(known)
     rows = _along(known, places, attitudes, enu_nT + dipole_enu_nT(pos_m, enu_nT))
     return np.asarray(rows - rows.mean(axis=0))
@@ -86,11 +86,11 @@ ROWS: dict[str, Callable[[Experiment, Places], Array]] = {
     STRENGTH: _strength,
     "anomaly_rms": _anomaly,
 }
-"""The scores that are linear in the errors."""
+"""Rows of the scores that are linear in the errors."""
 
 
 def _figure_of_merit(known: Experiment, bound: Bound) -> float:
-    """Mean over drawn errors: peak to peak is not linear in them."""
+    """Return the mean over drawn errors, since peak-to-peak values are not linear in the errors."""
     rows = _along(known, bound.information.places, manoeuvres(), _field(known))
     if not np.isfinite(bound.variance(rows)).all():
         return np.inf
@@ -102,19 +102,19 @@ def _figure_of_merit(known: Experiment, bound: Bound) -> float:
 
 
 def _field(known: Experiment) -> Array:
-    """The field in the world; where only its strength is known a vertical one, which all attitudes turn anyway."""
+    """Return the field in the world; for a known strength a vertical field, since attitudes cover all directions."""
     return known.strength_nT * UP if known.field_enu_nT is None else known.field_enu_nT
 
 
 def _along(known: Experiment, places: Places, attitudes: Rotation, enu_nT: Array) -> Array:
-    """d |h| / d p (n, k) of the corrected field, for a field of the world (3,) or (n, 3)."""
+    """Return d |h| / d p (n, k) of the corrected field, for a world field (3,) or (n, 3)."""
     field_nT = attitudes.inv().apply(enu_nT)
     unit = field_nT / np.linalg.norm(field_nT, axis=1)[:, None]
     return np.asarray(np.einsum("ni,nij->nj", unit, _errors(known, places, attitudes, enu_nT)))
 
 
 def _errors(known: Experiment, places: Places, attitudes: Rotation, enu_nT: Array) -> Array:
-    """d h / d p (n, 3, k) of the corrected field."""
+    """Return d h / d p (n, 3, k) of the corrected field."""
     h = attitudes.inv().apply(enu_nT) / known.strength_nT
     inverse = np.linalg.inv(known.matrix)
     if places == FULL:

@@ -1,4 +1,4 @@
-"""The limit of tilts for a vehicle that tilts by pushing alone and stays in its place: its pushes cancel out."""
+"""Limit of tilts for a vehicle that tilts only by thrust and remains in place: balanced thrust."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from validation.bound.limit import Limit, Tilts, candidates, felt, optimal
 
 Places = NDArray[np.int64]
 GAP = 3e-3
-"""The design is done when no other can be better by more than this share."""
+"""Relative duality gap at which a design is optimal."""
 MOST_ROUNDS = 100
-"""Mixtures that are added, one a round; ten or so are enough."""
+"""Mixtures added at most, one a round; about ten suffice."""
 RARE = 1e-5
-"""Weight, in units of the largest, below which a mixture is left out."""
+"""Weight over the largest below which a mixture is dropped."""
 
 
 def staying_limit(
     known: Experiment, knowledge: str, tilts: Tilts, goal: Goal = OFFSET, before: Array | None = None
 ) -> Limit:
-    """A-optimal design as in `limit`, for designs whose pushes cancel out: sum_k w_k z_k,xy / z_k,z = 0.
+    """Return the A-optimal design as `limit` under balanced thrust: sum_k w_k z_k,xy / z_k,z = 0.
 
-    At a constant height the thrust along the body's z axis pushes by g z_xy / z_z. Speeds that stay bounded have, on
-    the average of a long time, no acceleration; drag, where it is not the same to and fro, is left out, and so are
-    climbs and falls. The condition is linear in the weights, so that the problem stays convex. Tilts below 90 degrees.
+    At constant height the thrust along the body's z axis accelerates by g z_xy / z_z. Bounded speeds have a mean
+    acceleration of zero over a long time; asymmetric drag, climbs and falls are neglected. The condition is linear in
+    the weights, so the problem remains convex. Tilts below 90 degrees.
     Raises InputError as `limit` does.
     """
     attitudes, rows = candidates(known, knowledge, tilts)
@@ -42,11 +42,13 @@ def staying_limit(
 def balanced(
     rows: Array, wanted: Array, moments: Array, mirrored: Places, before: Array | None = None
 ) -> tuple[float, float, Array]:
-    """As `optimal`, of weights with sum_k w_k moments_k = 0, moments (m, q); mirrored (m,): who has the opposite ones.
+    """Return optimal weights with sum_k w_k moments_k = 0, moments (m, q).
 
-    Such weights mix balanced ones of at most q + 1 candidates each. From pairs of mirrors on the mixture that gains
-    most, a linear programme's answer, joins them until none gains: with d_k as there no balanced design is below
-    f^2 / (f + max_v sum_k v_k d_k - sum_k w_k d_k), v balanced.
+    mirrored : (m,), index of the candidate with opposite moment.
+
+    Balanced weights are mixtures of balanced designs with at most q + 1 candidates. Starting from pairs of mirrored
+    candidates, the mixture with the largest gain (from a linear programme) is added until the gain vanishes. With d_k
+    as in `optimal` no balanced design is below f^2 / (f + max_v sum_k v_k d_k - sum_k w_k d_k), v balanced.
     """
     pairs, several = np.flatnonzero(mirrored >= np.arange(len(rows))), moments.shape[1] + 1
     mixtures = _Mixtures(
@@ -69,24 +71,24 @@ def balanced(
 
 @dataclass(frozen=True, eq=False)
 class _Mixtures:
-    """Balanced designs: candidates at places (n, s) in shares (n, s)."""
+    """Balanced designs: candidates at places (n, s) with shares (n, s)."""
 
     places: Places
     shares: Array
 
     def rows(self, rows: Array) -> Array:
-        """What each tells, rows (n, s r, k), by those of the candidates (m, r, k)."""
+        """Return rows (n, s r, k) of each design from rows (m, r, k) of the candidates."""
         own = rows[self.places] * np.sqrt(self.shares)[:, :, None, None]
         return np.asarray(own.reshape(len(self.places), -1, rows.shape[2]))
 
     def weights(self, mix: Array, count: int) -> Array:
-        """Of the candidates (m,), the designs in shares mix (n,)."""
+        """Return weights of the candidates (m,) for designs with shares mix (n,)."""
         found = np.zeros(count)
         np.add.at(found, self.places, mix[:, None] * self.shares)
         return found
 
     def joined(self, kept: NDArray[np.bool_], best: Array) -> _Mixtures:
-        """Those that are kept, and one more by its weights (m,)."""
+        """Return the kept designs and a further design with weights `best` (m,)."""
         places = np.argsort(-best)[: self.places.shape[1]]
         shares = best[places] / best[places].sum()
         return _Mixtures(
@@ -95,14 +97,14 @@ class _Mixtures:
 
 
 def _most(slope: Array, moments: Array) -> Array:
-    """Balanced weights (m,) whose slope is the largest; at most q + 1 are not zero."""
+    """Return the balanced weights (m,) of largest slope; at most q + 1 are not zero."""
     conditions = np.vstack([np.ones(len(slope)), moments.T])
     sums = np.eye(len(conditions))[0]
     return np.asarray(linprog(-slope / slope.max(), A_eq=conditions, b_eq=sums, method="highs-ds").x)
 
 
 def _mirrored(angles_deg: Array) -> Places:
-    """Of each attitude (m, 3) the place of that with the opposite pitch and roll."""
+    """Return for each attitude (m, 3) the index of the attitude with opposite pitch and roll."""
     angles, found = np.round(angles_deg, 6), np.empty(len(angles_deg), dtype=np.int64)
     found[np.lexsort((angles * np.array([1.0, -1.0, -1.0])).T)] = np.lexsort(angles.T)
     return found

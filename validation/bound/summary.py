@@ -16,12 +16,12 @@ from validation.bound.unobservable import observable
 from validation.text import figure, listed, quantity, short, symbol
 
 Row = tuple[str, ...]
-NOT_TOLD = "not told"
-"""Of a figure of which the motion says nothing."""
+NOT_OBSERVABLE = "unobservable"
+"""Text for a figure that the motion does not determine."""
 
 
 def summary(found: BoundAnswer) -> dict[str, Any]:
-    """What `--json` prints; null where a motion says nothing."""
+    """Return the JSON of `--json`, with null for unobservable figures."""
     told = {
         "knowledge": found.bound.knowledge,
         "noise_std_nT": found.known.noise_std_nT,
@@ -40,34 +40,34 @@ def summary(found: BoundAnswer) -> dict[str, Any]:
 
 
 def limit_summary(least: Limit) -> dict[str, Any]:
-    """The limit of tilts, and how sure it is."""
+    """Return the limit of tilts, with the duality gap."""
     return {**asdict(least.tilts), least.goal.name: least.value, "duality_gap": least.gap}
 
 
 def what_if_summary(found: WhatIf) -> dict[str, Any]:
-    """The swept key, and the answer at each of its values."""
+    """Return the swept key, and the answer at each value."""
     points = [{"value": value, **summary(one)} for value, one in zip(found.values, found.answers, strict=True)]
     return {"key": found.key, "points": points}
 
 
 def headline(found: BoundAnswer) -> str:
-    """The answer in a sentence, and for each weak direction what, why and what helps."""
+    """Return the bound in a sentence, and for each weak direction the parameters, the cause and a remedy."""
     size = found.bound.offset_rms_nT
     told = (
-        f"no method can find the offset to less than {figure(size)} nT rms"
+        f"no method can find the offset better than to {figure(size)} nT rms"
         if isfinite(size)
         else "no method can find the whole offset"
     )
     samples, noise = len(found.known.field_nT), figure(found.known.noise_std_nT)
     lines = [f"{told} from {samples:,} samples with {noise} nT of white noise{_beside(found.known.colour)}"]
-    lines += [f"not told apart: {one.what}; {one.why}" for one in found.weak]
+    lines += [f"cannot be separated: {one.what}; {one.why}" for one in found.weak]
     lines += list(dict.fromkeys(one.remedy for one in found.weak))
     lines += [] if found.limit is None else [_limit(found.limit, size)]
     return "\n".join(lines)
 
 
 def _beside(colour: Colour | None) -> str:
-    """What there is beside the white noise."""
+    """Return the coloured noise in words."""
     if colour is None:
         return ""
     flicker = f"{figure(colour.flicker_nT_sqrt_hz)} nT/sqrt(Hz) of flicker noise" if colour.flicker_nT_sqrt_hz else ""
@@ -76,10 +76,10 @@ def _beside(colour: Colour | None) -> str:
 
 
 def _limit(least: Limit, size: float) -> str:
-    """The limit in a sentence, and how many times it the bound is."""
+    """Return the limit in a sentence, and the ratio of the bound to the limit."""
     within = f"within a roll of {least.tilts.roll_deg:g} and a pitch of {least.tilts.pitch_deg:g} degrees"
     if not isfinite(least.value):
-        return f"{within} no motion tells the offset"
+        return f"{within} no motion determines the offset"
     told = f"{within} no motion of as many samples can do better than {figure(least.value)} nT rms"
     gap = f"duality gap {figure(100 * least.gap, 2)} %"
     times = f"; this one allows {figure(size / least.value)} times that" if isfinite(size) else ""
@@ -87,24 +87,24 @@ def _limit(least: Limit, size: float) -> str:
 
 
 def rows(found: BoundAnswer) -> list[Row]:
-    """A row an axis: the standard deviations of the offset's component and of the matrix's row."""
+    """Return a row for each axis: standard deviations of offset and matrix row."""
     told = zip(AXES, found.bound.offset_std_nT, found.bound.matrix_std, strict=True)
     return [(axis, figure(offset), *(f"{value:.3g}" for value in matrix)) for axis, offset, matrix in told]
 
 
 def use_rows(used: tuple[Use, ...]) -> list[Row]:
-    """A row a score: its name, the least of it, and what it is."""
+    """Return a row for each score: name, bound and explanation."""
     return [(one.meaning.short, _told(one.value, one.meaning.unit), one.meaning.explained) for one in used]
 
 
 def what_if_heads(found: WhatIf) -> Row:
-    """The titles of `what_if_rows`."""
+    """Return the titles of `what_if_rows`."""
     used = [f"{one.meaning.short}, {symbol(one.meaning.unit)}" for one in found.answers[0].used]
     return (found.key, *(f"offset {axis}, nT" for axis in AXES), "offset, nT rms", *used, "weak")
 
 
 def what_if_rows(found: WhatIf) -> list[Row]:
-    """A row a value: the offset's standard deviations, the least errors, and how many directions are weak."""
+    """Return a row for each value: standard deviations of the offset, score bounds, number of weak directions."""
     return [
         (
             short(value),
@@ -118,14 +118,14 @@ def what_if_rows(found: WhatIf) -> list[Row]:
 
 
 def what_if_headline(found: WhatIf) -> str:
-    """The best value of those tried, against the worst that tells the offset."""
+    """Return the best of the tried values, compared with the worst, in a sentence."""
     sizes = {short(value): one.bound.offset_rms_nT for value, one in zip(found.values, found.answers, strict=True)}
     best, worst = min(sizes, key=sizes.__getitem__), max(sizes, key=sizes.__getitem__)
     if not isfinite(sizes[best]):
-        return f"at none of these values of {found.key} can the whole offset be told"
+        return f"the offset cannot be determined at any of these values of {found.key}"
     other = f"at {worst} {_told(sizes[worst], 'nT')}"
-    return f"the offset is told best at {found.key} = {best}: {_told(sizes[best], 'nT')} rms; {other}"
+    return f"the offset error is least at {found.key} = {best}: {_told(sizes[best], 'nT')} rms; {other}"
 
 
 def _told(value: float, unit: str = "") -> str:
-    return quantity(value, unit) if isfinite(value) else NOT_TOLD
+    return quantity(value, unit) if isfinite(value) else NOT_OBSERVABLE

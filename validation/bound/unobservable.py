@@ -1,4 +1,4 @@
-"""What a motion cannot tell, in the parameters' terms: the direction, why, and what would tell it."""
+"""Weak directions of a motion in terms of the parameters: direction, cause and remedy."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from validation.bound.experiment import Experiment
 from validation.text import figure
 
 MAIN_PART = 0.25
-"""A parameter is part of a direction from this share of the largest component on."""
+"""Component over the largest from which a parameter is part of a direction."""
 TILTS = {
     "rolled by {} degrees for half of the time": "x",
     "pitched by {} degrees for half of the time": "y",
     "rolled by {0} degrees for a third of the time, then pitched by {0}": "xy",
 }
 ANGLES_DEG = (5.0, 10.0, 20.0, 30.0, 45.0)
-"""Tilts that are tried as a remedy, from the least on."""
+"""Tilts that are tried as a remedy, in ascending order."""
 
 
 @dataclass(frozen=True)
 class Weak:
-    """A direction of the parameters that the motion leaves weak: what it is, why, and the remedy with its gain."""
+    """Direction of the parameters that the motion hardly determines: parameters, cause, and remedy with the gain."""
 
     what: str
     why: str
@@ -34,7 +34,7 @@ class Weak:
 
 
 def weak_directions(known: Experiment, bound: Bound) -> tuple[Weak, ...]:
-    """Directions whose standard deviation is over MAX_STD_FRACTION of the field, the weakest first."""
+    """Return directions with a standard deviation above MAX_STD_FRACTION of the field, weakest first."""
     values, vectors = np.linalg.eigh(bound.information.matrix)
     found = [vector for value, vector in zip(values, vectors.T, strict=True) if not _told(value, known)]
     if not found:
@@ -44,7 +44,7 @@ def weak_directions(known: Experiment, bound: Bound) -> tuple[Weak, ...]:
 
 
 def observable(known: Experiment, bound: Bound) -> bool:
-    """Whether every direction is told to MAX_STD_FRACTION of the field."""
+    """Return whether the standard deviation of every direction is below MAX_STD_FRACTION of the field."""
     return _told(float(np.linalg.eigvalsh(bound.information.matrix)[0]), known)
 
 
@@ -53,14 +53,14 @@ def _told(information: float, known: Experiment) -> bool:
 
 
 def _parameters(vector: Array, bound: Bound) -> str:
-    """The parameters that trade against each other, the largest first."""
+    """Return the parameters that trade against each other, largest first."""
     size = np.abs(vector)
     main = [k for k in np.argsort(-size) if size[k] >= MAIN_PART * size.max()]
     return " against ".join(bound.information.names[k] for k in main)
 
 
 def _why(vector: Array, known: Experiment) -> str:
-    """How little the field moves along the offset's part of a direction."""
+    """Return the range of angles of the field to the offset's part of a direction, in words."""
     axis = vector[:3] if np.linalg.norm(vector[:3]) > MAIN_PART else _thinnest(known)
     angle_deg = np.degrees(np.arccos(np.clip(known.directions @ (axis / np.linalg.norm(axis)), -1.0, 1.0)))
     low, high = np.sort(np.where(axis[np.argmax(np.abs(axis))] > 0, 1, -1) * (angle_deg - 90.0) + 90.0)[[0, -1]]
@@ -72,22 +72,22 @@ def _thinnest(known: Experiment) -> Array:
 
 
 def _remedy(known: Experiment, bound: Bound) -> str:
-    """The least tilt that makes everything observable, of those of one angle the one that gains most."""
+    """Return the smallest tilt with all directions observable; at equal angle the tilt with the largest gain."""
     for angle_deg in ANGLES_DEG:
         tried = {how.format(f"{angle_deg:g}"): _tilted(known, bound, axes, angle_deg) for how, axes in TILTS.items()}
         how = min(tried, key=lambda how: tried[how].offset_rms_nT)
         if observable(known, tried[how]):
-            return f"the same with the body {how}: {_size(bound)} becomes {_size(tried[how])}"
-    more = "which is not enough: fly longer, or tell the method more of the field"
-    return f"the same with the body {how}: {_size(bound)} becomes {_size(tried[how])}, {more}"
+            return f"the same motion with the body {how}: {_size(bound)} becomes {_size(tried[how])}"
+    more = "which is not enough: fly longer, or give the method more knowledge of the field"
+    return f"the same motion with the body {how}: {_size(bound)} becomes {_size(tried[how])}, {more}"
 
 
 def _tilted(known: Experiment, bound: Bound, axes: str, angle_deg: float) -> Bound:
-    """The bound when the time is spent in equal parts level and tilted about each of the axes."""
+    """Return the bound for equal times level and tilted about each of the axes."""
     turns = (Rotation.from_euler(axis, angle_deg, degrees=True).as_matrix() for axis in axes)
     return bound.shared_with([Bound.of(known.turned(R), bound.knowledge) for R in turns])
 
 
 def _size(bound: Bound) -> str:
     size = bound.offset_rms_nT
-    return f"the offset's {figure(size, 3)} nT" if np.isfinite(size) else "an offset that cannot be told"
+    return f"the offset's {figure(size, 3)} nT" if np.isfinite(size) else "an undetermined offset"

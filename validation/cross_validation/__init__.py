@@ -1,1 +1,1 @@
-"""Whether a richer model is worth its parameters: which of them predicts the legs that it has not seen better."""
+"""Cross-validation of models: whether a richer model predicts held-out legs better."""

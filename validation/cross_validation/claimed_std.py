@@ -1,4 +1,4 @@
-"""Claimed standard deviations against how much the offset moves when legs are left out in turn."""
+"""Claimed standard deviations of the offset, compared with the scatter when legs are left out in turn."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ from validation.cross_validation.legs import LegPartition, legs_of
 from validation.text import figure
 
 MOST = 1.5
-"""Times the claim that the offset may scatter without a word about it."""
+"""Ratio of scatter to claim below which no remark is made."""
 TURNED = "S_yx"
-"""A parameter that only those fits have which tell the sensor's rotation, from attitude and field vector."""
+"""Parameter of fits that estimate the sensor's rotation, from attitude and field vector."""
 SMALLEST = 1e-14
-"""Eigenvalue of the scaled normal matrix that is rounding."""
+"""Eigenvalue of the scaled normal matrix below which a direction is rounding."""
 FULL = 1.0 - 1e-6
-"""Share of a direction that one leg tells; a leg that tells it alone leaves nothing of its noise there."""
+"""Largest share of a direction's information in a single leg; a share of 1 leaves no residual."""
 CHANCE = 0.99
-"""Of recordings whose noise is white scatter less than the limit."""
+"""Probability that white noise scatters less than the limit."""
 
 
 @dataclass(frozen=True)
 class Claim:
-    """Rms over the axes of the offset's scatter in units of its claimed standard deviation, and the legs it is of.
+    """Rms over the axes of the offset's scatter over the claimed standard deviation, and the number of legs.
 
-    limit : what white noise stays below
+    limit : 99 % quantile of the ratio for white noise
     """
 
     ratio: float
@@ -42,23 +42,23 @@ class Claim:
 
     @property
     def sentence(self) -> str:
-        """What that means, where there is something to say; else ""."""
+        """Return the meaning in a sentence, "" for a sound claim."""
         times = figure(self.ratio, 2)
         what = f"the offset scatters {times} times as much as claimed, by {self.legs} legs"
         if self.ratio <= MOST:
             return ""
         if self.ratio <= self.limit:
-            return f"{what}; white noise may do that with so few (up to {figure(self.limit, 2)} times)"
-        return f"{what}: the noise is not white, or the model lacks something; take the claim times {times}"
+            return f"{what}; with so few legs white noise may explain a ratio of up to {figure(self.limit, 2)}"
+        return f"{what}: the noise is not white, or the model is incomplete; multiply the claim by {times}"
 
 
 def claim_of(fit: Calibration, recording: Recording, reference: Reference, legs: LegPartition) -> Claim | None:
-    """A fit's claim against its legs; None where it claims nothing of the offset, or another model fits it.
+    """Return a fit's claim against the scatter by legs; None without a claim, and for other models.
 
     var b = N^-1 (sum_j g_j g_j^T) N^-1,  g_j = J_j^T (1 - J_j N^-1 J_j^T)^(-1/2) r_j,  N = sum_j J_j^T J_j
 
-    Unbiased in white noise, whatever the legs' weights [BellMcCaffrey2002]; the limit is that of a chi squared with the
-    same mean and variance.
+    Unbiased in white noise for any weights of the legs [BellMcCaffrey2002]; the limit is that of a chi-squared
+    distribution of equal mean and variance.
     """
     claimed = fit.offset_covariance_nT2
     if claimed is None or fit.eddy_s is not None or fit.segments or fit.status.kind != "ok":
@@ -71,7 +71,7 @@ def claim_of(fit: Calibration, recording: Recording, reference: Reference, legs:
 
 
 def claims_of(fits: Mapping[str, Calibration], recording: Recording, reference: Reference) -> dict[str, Claim]:
-    """The claims of magbench's own batch methods on one magnetometer, by the key of the fit, where there is one."""
+    """Return the claims of magbench's batch calibrators for a single magnetometer, by key of the fit."""
     if recording.array_mag_nT is not None:
         return {}
     legs = legs_of(recording)
@@ -82,7 +82,7 @@ def claims_of(fits: Mapping[str, Calibration], recording: Recording, reference: 
 
 
 def _by_legs(rows: Array, misfit: Array, legs: LegPartition) -> tuple[Array, Array]:
-    """Covariance (3, 3) of the offset by its legs, and what each leg (legs, 3, 3) adds to it in white noise of one.
+    """Return the covariance (3, 3) of the offset by legs, and each leg's part (legs, 3, 3) for unit white noise.
 
     rows (n, r, k), misfit (n, r)
     """
@@ -99,7 +99,7 @@ def _by_legs(rows: Array, misfit: Array, legs: LegPartition) -> tuple[Array, Arr
 
 
 def _rows(fit: Calibration, recording: Recording, reference: Reference) -> tuple[Array, Array]:
-    """Columns (n, r, k) of offset and S about the fit, and what it leaves (n, r), in nT of the measurement."""
+    """Return columns (n, r, k) of offset and S about the fit, and the residual (n, r) in nT of the measurement."""
     field_nT = fit.apply(recording)
     if TURNED in fit.covariance_names:
         assert recording.att_q is not None

@@ -1,4 +1,4 @@
-"""What is tried on top of offset and matrix: eddy currents, and a temperature against any other slow signal."""
+"""Extensions of offset and matrix: eddy currents, and a temperature, compared with other slow signals."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from validation.cross_validation.paired_legs import ModelPair, Unseen
 
 Add = Callable[[Model], Model]
 SURROGATES = 39
-"""Signals of the temperature's spectrum: it is one of forty, so that a drift passes for it in 2.5 % of recordings."""
-DRIFT = "other slow signals do too: it may be a drift"
+"""Surrogates with the temperature's spectrum; a drift passes for the temperature in 1 of 40 recordings, 2.5 %."""
+DRIFT = "so do other slow signals: the cause may be a drift"
 VARIES_DEGC = 1e-6
-"""A temperature whose rms change is less tells nothing."""
+"""Rms change below which a temperature is not tried."""
 
 
 @dataclass(frozen=True)
 class Extra:
-    """What makes a model richer, and others of its kind that are no cause: it must gain more than any of them."""
+    """Extension of a model, with surrogate extensions that must all gain less."""
 
     add: Add
     rivals: tuple[Add, ...] = ()
 
     def pair(self, base: Unseen, legs: LegPartition, strength_nT: float) -> ModelPair:
-        """A model without and with it on the same legs."""
+        """Return the pair of models without and with the extension, on equal legs."""
         found = ModelPair(base, Unseen.of(self.add(base.model), legs, strength_nT))
         if found.verdict != "worth_it":
             return found
@@ -41,7 +41,7 @@ class Extra:
 
 
 def extras(recording: Recording) -> tuple[Extra, ...]:
-    """Eddy currents where the body rate is known, an offset by the temperature where one is recorded and changes."""
+    """Return eddy currents for a known body rate, and an offset by temperature for a recorded temperature."""
     rate_rad_s, warmth = body_rate(recording), recording.temperature_degC
     found = [] if rate_rad_s is None else [Extra(partial(with_eddy, rate_rad_s=rate_rad_s))]
     if warmth is not None and warmth.std() > VARIES_DEGC:
@@ -51,7 +51,7 @@ def extras(recording: Recording) -> tuple[Extra, ...]:
 
 
 def surrogates(values: Array, count: int = SURROGATES) -> Array:
-    """Signals (count, n) with the spectrum of values (n,), which are taken as going back the way they came."""
+    """Return signals (count, n) with the spectrum of values (n,), continued by the reversed values."""
     rng = np.random.default_rng(0)
     size = np.abs(np.fft.rfft(np.concatenate([values, values[::-1]]) - values.mean()))
     phases = np.exp(2j * np.pi * rng.random((count, len(size))))

@@ -1,4 +1,4 @@
-"""Legs of a recording: what is held out in turn, so that a model is asked of what it has not seen."""
+"""Legs of a recording, held out in turn for cross-validation."""
 
 from __future__ import annotations
 
@@ -12,46 +12,45 @@ from recordings import Recording
 from scenarios.arrays import Array
 
 LEAST_LEGS = 6
-"""Fewer phases or headings than these are no legs to hold out, and from fewer blocks nothing is told: with five the
-t interval is wider than twice the spread of a leg."""
+"""Least number of legs; with five blocks the t interval is wider than twice the spread of a leg."""
 BLOCKS = 20
-"""Parts of a recording without legs of its own: as long as may be, so that slow noise is not the same on either side
-of a cut, and enough to know their spread to 16 %."""
+"""Blocks of a recording without phases and headings: long, so that slow noise differs between blocks, and enough to
+know the spread to 16 %."""
 MOST_LEGS = 40
-"""Where there are more, neighbours are held out together."""
+"""Legs at most; of more legs neighbours are held out together."""
 SECTORS = 8
-"""Of the heading: a leg ends where it has left its sector, by half a sector more."""
+"""Sectors of the heading; a leg ends half a sector beyond the sector's edge."""
 STEADY_DEG, STEADY_SHARE = 10.0, 0.6
-"""Legs are straight where this share of the samples is as near to its leg's middle heading; in a steady turn over a
-sector and its margins it is a quarter."""
+"""Legs are straight if 60 % of the samples are within 10 degrees of the leg's median heading; in a steady turn over a
+sector and margins the share is a quarter."""
 
 
 @dataclass(frozen=True, eq=False)
 class LegPartition:
-    """The leg of each sample (n,), counted from 0, and how they were found, for a sentence."""
+    """Number of the leg of each sample (n,), from 0, and the kind of legs in words."""
 
     number: NDArray[np.intp]
     how: str
 
     @property
     def count(self) -> int:
-        """How many there are."""
+        """Return the number of legs."""
         return int(self.number[-1]) + 1
 
     @property
     def sizes(self) -> NDArray[np.intp]:
-        """Samples of each (count,)."""
+        """Return the samples of each leg (count,)."""
         return np.bincount(self.number)
 
     def squares(self, rows: Array) -> Array:
-        """Of rows (n, r, k) each leg's sum of squares (legs, k, k)."""
+        """Return the sum of squares (legs, k, k) of rows (n, r, k) in each leg."""
         ends = np.flatnonzero(np.diff(self.number)) + 1
         parts = (part.reshape(-1, rows.shape[2]) for part in np.split(rows, ends))
         return np.array([part.T @ part for part in parts])
 
 
 def legs_of(recording: Recording) -> LegPartition:
-    """The stretches of one phase, else of one heading, where there are enough of them; else equal blocks of time."""
+    """Return stretches of equal phase, or of equal heading, if there are enough; else equal blocks of time."""
     runs = {
         "phases": None if recording.phase is None else _runs(np.asarray(recording.phase)),
         "headings": None if recording.att_q is None else _straight(recording.att_q),
@@ -64,18 +63,18 @@ def legs_of(recording: Recording) -> LegPartition:
 
 
 def _joined(number: NDArray[np.intp]) -> NDArray[np.intp]:
-    """At most so many: neighbours as one."""
+    """Return at most MOST_LEGS legs, neighbours joined."""
     count = int(number[-1]) + 1
     return number if count <= MOST_LEGS else number * MOST_LEGS // count
 
 
 def _runs(labels: NDArray[np.generic]) -> NDArray[np.intp]:
-    """The number of the run of equal labels that each sample is in."""
+    """Return the run of equal labels of each sample."""
     return np.concatenate(([0], np.cumsum(labels[1:] != labels[:-1])))
 
 
 def _straight(att_q: Array) -> NDArray[np.intp] | None:
-    """Runs of a heading; None where the vehicle turns most of the time."""
+    """Return runs of equal heading, None if the vehicle turns most of the time."""
     forward = Rotation.from_quat(att_q, scalar_first=True).apply([1.0, 0.0, 0.0])
     heading = np.unwrap(np.arctan2(forward[:, 1], forward[:, 0])) / (2.0 * np.pi / SECTORS)
     runs = _runs(_held(heading))
@@ -85,7 +84,7 @@ def _straight(att_q: Array) -> NDArray[np.intp] | None:
 
 
 def _held(heading: Array) -> Array:
-    """The sector of each heading, both in sectors; one is left where its margin of half a sector is."""
+    """Return the sector of each heading (in sectors), with a hysteresis of half a sector."""
     held, now = np.empty(len(heading)), np.round(heading[0])
     for i, value in enumerate(heading):
         if abs(value - now) > 1.0:

@@ -1,10 +1,10 @@
-"""Models of growing size of the same measurements, each linear in its parameters, fitted in one way.
+"""Models of increasing size, linear in the parameters, fitted by least squares.
 
-m_i = Y(h_i) p + v_i,  Y's columns 1, h, and what is added to them
+m_i = Y(h_i) p + v_i,  with columns 1, h and extensions in Y
 
-With attitude and field vector h_i is known, and all of m - Y p is misfit. With the strength alone |h_i| = F: h_i is the
-direction that the model itself gives, and n . (m - Y p) the misfit, n the normal of the surface S h + b: the distance
-to it. A misfit in units of the corrected field would vanish with S^-1, and the best offset were at infinity.
+With attitude and field vector h_i is known, and the misfit is m - Y p. With the strength alone |h_i| = F: h_i is the
+direction from the model, and the misfit is n . (m - Y p), n the normal of the surface S h + b: the distance to the
+surface. A misfit in units of the corrected field would vanish with S^-1, with the best offset at infinity.
 """
 
 from __future__ import annotations
@@ -24,23 +24,23 @@ from scenarios.arrays import Array
 from validation.cross_validation.legs import LegPartition
 
 OFFSET, ELLIPSOID, FULL, EDDY, TEMPERATURE = "offset", "ellipsoid", "full matrix", "eddy currents", "temperature"
-"""What models are called by."""
+"""Names of models."""
 STEPS, SETTLED = 30, 1e-5
-"""Most Gauss-Newton steps, and the share of the cost by which the last may still gain."""
+"""Gauss-Newton steps at most, and relative gain at which the fit has converged."""
 HALVINGS = 8
-"""Of a step that does not gain."""
+"""Halvings at most of a step without gain."""
 AS_FORETOLD = 0.1
-"""Share of a step's foretold gain by which the gain may differ for the step to need no second."""
+"""Relative deviation of the gain from the predicted gain within which one step suffices."""
 SINGULAR = 1e-12
-"""Eigenvalue of the normal matrix, in units of its largest with columns of length one, that is rounding."""
+"""Eigenvalue of the scaled normal matrix over the largest, below which a direction is rounding."""
 
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """A model of measurements (n, 3), its columns that need no direction, and the parameters of a fit to all samples.
+    """Model of measurements (n, 3), with parameters `found` of a fit to all samples.
 
-    parameters p : offset (3,), entries of S, one for each of `slots` (k, 3, 3), then those of `more` (n, 3, l)
-    known : (n, 3) the field in the body frame, over F; None where only its strength is known
+    parameters p : offset (3,), entries of S for each of `slots` (k, 3, 3), coefficients of columns `more` (n, 3, l)
+    known : (n, 3) the field in the body frame, over F; None where only the strength is known
     All in units of F.
     """
 
@@ -53,24 +53,24 @@ class Model:
 
     @property
     def count(self) -> int:
-        """Number of parameters."""
+        """Return the number of parameters."""
         return len(self.found)
 
     def of(self, samples: NDArray[np.bool_]) -> Model:
-        """The same model of some of the samples (n,)."""
+        """Return the model restricted to a mask of samples (n,)."""
         known = None if self.known is None else self.known[samples]
         return replace(self, mag=self.mag[samples], known=known, more=self.more[samples])
 
     def misfit(self) -> Array:
-        """What the parameters leave, over F: (n, 1) distances, or (n, 3) of the vector."""
+        """Return the misfit over F: distances (n, 1), or vectors (n, 3)."""
         return self._seen()[0]
 
     def field(self) -> Array:
-        """The corrected field (n, 3), over F."""
+        """Return the corrected field (n, 3), over F."""
         return np.asarray(self._static() @ np.linalg.inv(self._matrix).T)
 
     def fitted(self) -> Model:
-        """With the parameters of least squares, found from those that there are."""
+        """Return the model fitted by Gauss-Newton from the present parameters."""
         now, before = self, np.inf
         for _ in range(STEPS):
             misfit, J = now._linear()
@@ -82,9 +82,9 @@ class Model:
         return now
 
     def unseen(self, legs: LegPartition) -> Iterator[Array]:
-        """The misfit of each leg by the parameters that all others give.
+        """Yield the misfit of each leg with parameters fitted to all other legs.
 
-        One step from the fit to all, by the sums that are left; where it does not do what it foretells, more.
+        Parameters follow by one step from the fit to all legs; by a new fit if the gain is not as predicted.
         """
         misfit, J = self._linear()
         squares = legs.squares(np.concatenate([J, misfit[:, :, None]], axis=2))
@@ -93,7 +93,7 @@ class Model:
             yield replace(self.of(legs.number == leg), found=found).misfit()
 
     def _from_sums(self, square: Array) -> Model:
-        """Fitted from parameters at which the columns and the misfit have this square (k + 1, k + 1)."""
+        """Return the model fitted by normal equations: square (k + 1, k + 1) of columns and misfit."""
         step = _solved(square[:-1, :-1], square[:-1, -1])
         further, foretold = replace(self, found=self.found + step), float(step @ square[:-1, -1])
         if self.known is not None:
@@ -102,7 +102,7 @@ class Model:
         return further if abs(gain - foretold) <= AS_FORETOLD * foretold else self.fitted()
 
     def richer(self, name: str, *, slots: Array | None = None, more: Array | None = None) -> Model:
-        """With other entries of S, or with more columns (n, 3, l) beside; fitted from here."""
+        """Return the model with other entries of S, or additional columns (n, 3, l), fitted anew."""
         entries = self.slots if slots is None else slots
         columns = self.more if more is None else np.concatenate([self.more, more], axis=2)
         inner = self.found[3 : 3 + len(self.slots)]
@@ -119,15 +119,15 @@ class Model:
 
     @property
     def _is_one(self) -> bool:
-        """Whether S h is an ellipsoid, where it has to be."""
+        """Return whether S is positive definite, which a model without known field needs."""
         return self.known is not None or bool(np.linalg.eigvalsh(self._matrix)[0] > 0)
 
     def _static(self) -> Array:
-        """S h (n, 3): the measurements without offset and all beside it."""
+        """Return S h (n, 3): the measurements without offset and extensions."""
         return np.asarray(self.mag - self.found[:3] - self.more @ self.found[3 + len(self.slots) :])
 
     def _seen(self) -> tuple[Array, Array, Array | None]:
-        """Misfit (n, r), the field h (n, 3), and the normal (n, 3) where the direction is the model's own."""
+        """Return misfit (n, r), field h (n, 3), and normal (n, 3), None for a known field."""
         static, S = self._static(), self._matrix
         if self.known is not None:
             return static - self.known @ S.T, self.known, None
@@ -139,14 +139,14 @@ class Model:
         return np.sum(normal * (static - h @ S.T), axis=1)[:, None], h, normal
 
     def _linear(self) -> tuple[Array, Array]:
-        """Misfit (n, r), and the columns J (n, r, k) that explain it."""
+        """Return misfit (n, r) and columns J (n, r, k) of the linearised model."""
         misfit, h, normal = self._seen()
         across = np.broadcast_to(np.eye(3), (len(h), 3, 3)) if normal is None else normal[:, None, :]
         entries = (across[:, :, :, None] * h[:, None, None, :]).reshape(len(h), -1, 9) @ self.slots.reshape(-1, 9).T
         return misfit, np.concatenate([across, entries, across @ self.more], axis=2)
 
     def _gained(self, step: Array, cost: float) -> Model:
-        """A step further, halved until it gains; where it never does, as it was."""
+        """Return the model after a step, halved until the cost falls; unchanged if the cost never falls."""
         for halving in range(HALVINGS):
             further = replace(self, found=self.found + step / 2**halving)
             if further._is_one and np.sum(further.misfit() ** 2) < cost:
@@ -155,7 +155,7 @@ class Model:
 
 
 def _solved(square: Array, slope: Array) -> Array:
-    """The step (k,) of normal equations, of least length in the directions that say nothing."""
+    """Return the minimum-norm solution (k,) of normal equations."""
     size = np.sqrt(np.diag(square).clip(0.0))
     size = np.where(size > 0, size, 1.0)
     inverse = np.linalg.pinv(square / np.outer(size, size), rcond=SINGULAR, hermitian=True)
@@ -163,7 +163,7 @@ def _solved(square: Array, slope: Array) -> Array:
 
 
 def offset(recording: Recording, reference: Reference) -> Model:
-    """An offset and one scale, S = s I; from the sphere through the measurements."""
+    """Return the model of offset and scale, S = s I, from the sphere through the measurements."""
     mag = recording.mag_nT / reference.strength_nT
     middle = mag.mean(axis=0)
     centred = mag - middle
@@ -178,7 +178,7 @@ def offset(recording: Recording, reference: Reference) -> Model:
 
 
 def with_iron(model: Model) -> Model:
-    """Soft iron beside the scale: S symmetric, from the strength; all nine entries, from the vector."""
+    """Return the model with soft iron: symmetric S from the strength, nine entries from the vector."""
     units = np.eye(9).reshape(9, 3, 3)
     if model.known is not None:
         return model.richer(FULL, slots=units)
@@ -188,14 +188,14 @@ def with_iron(model: Model) -> Model:
 
 
 def with_warmth(model: Model, warmth: Array) -> Model:
-    """An offset that grows with a signal (n,)."""
+    """Return the model with an offset proportional to a signal (n,)."""
     off = warmth - warmth.mean()
     more = (off / np.sqrt(np.mean(off**2)))[:, None, None] * np.eye(3)
     return model.richer(_with(model, TEMPERATURE), more=more)
 
 
 def with_eddy(model: Model, rate_rad_s: Array) -> Model:
-    """Eddy currents, B dh/dt with dh/dt = -omega x h, omega (n, 3)."""
+    """Return the model with eddy currents ``B dh/dt``, dh/dt = -omega x h, omega (n, 3)."""
     change = -np.cross(rate_rad_s, model.field() if model.known is None else model.known)
     rms = float(np.sqrt(np.mean(np.sum(change**2, axis=1)))) or 1.0
     more = np.einsum("ai,nj->naij", np.eye(3), change / rms).reshape(len(change), 3, 9)
@@ -203,5 +203,5 @@ def with_eddy(model: Model, rate_rad_s: Array) -> Model:
 
 
 def _with(model: Model, what: str) -> str:
-    """The name of a model with more in it."""
+    """Return the name of an extended model."""
     return f"{model.name} {'and' if model.more.shape[2] else 'with'} {what}"

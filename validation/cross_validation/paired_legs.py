@@ -1,4 +1,4 @@
-"""Two models on the same unseen legs: how much better one predicts, and how sure that is."""
+"""Paired comparison of two models on held-out legs: gain and confidence interval."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from validation.cross_validation.models import Model
 Verdict = Literal["worth_it", "as_well", "worse", "cannot_tell"]
 SURE = 0.95
 ROUNDING = 1e-9
-"""Share of the field that an error is taken to have at least: less is rounding."""
+"""Least error over the field; smaller errors are rounding."""
 SAME = 0.05
-"""An interval within this share of what the simpler model leaves: the two predict as well as each other."""
+"""Half width of the interval over the simpler model's error within which models predict equally well."""
 
 
 @dataclass(frozen=True, eq=False)
 class Unseen:
-    """A model's errors on legs that it was not fitted to: rms of each leg (legs,), nT, and their means (legs, c)."""
+    """Errors of a model on held-out legs: rms (legs,) and means (legs, c) of each leg in nT."""
 
     model: Model
     rms_nT: Array
@@ -31,25 +31,25 @@ class Unseen:
 
     @classmethod
     def of(cls, model: Model, legs: LegPartition, strength_nT: float) -> Unseen:
-        """Each leg by the parameters that the others give."""
+        """Predict each leg with parameters fitted to all other legs."""
         errors = [strength_nT * one for one in model.unseen(legs)]
         rms = np.array([max(np.sqrt(np.mean(one**2)), ROUNDING * strength_nT) for one in errors])
         return cls(model, rms, np.array([one.mean(axis=0) for one in errors]))
 
     @property
     def typical_nT(self) -> float:
-        """Mean over the legs of their rms."""
+        """Return the mean of the legs' rms."""
         return float(self.rms_nT.mean())
 
 
 @dataclass(frozen=True, eq=False)
 class ModelPair:
-    """A simpler and a richer model on the same legs.
+    """Simpler and richer model on equal legs.
 
-    d_j = e_j - e'_j of leg j's rms errors; the gain is their mean, and its interval Student's t over as many legs as
-    they count for: fewer where neighbours agree.
+    d_j = e_j - e'_j of leg j's rms errors; the gain is the mean of d, with Student's t interval over the effective
+    number of legs, which is smaller for correlated neighbours.
 
-    doubt : why a gain is no reason to take the richer, as the end of a sentence; "" for none
+    doubt : reason against the richer model despite a gain, as the end of a sentence; "" for none
     """
 
     simpler: Unseen
@@ -58,24 +58,24 @@ class ModelPair:
 
     @property
     def gain_nT(self) -> Array:
-        """By how much each leg (legs,) is predicted better."""
+        """Return the gain of each leg (legs,)."""
         return np.asarray(self.simpler.rms_nT - self.richer.rms_nT)
 
     @property
     def better_nT(self) -> float:
-        """Their mean; negative where the richer predicts worse."""
+        """Return the mean gain; negative if the richer model predicts worse."""
         return float(self.gain_nT.mean())
 
     @cached_property
     def counted(self) -> float:
-        """Legs that they count for: n (1 - r) / (1 + r), r the correlation of neighbours, where it is positive."""
+        """Return the effective number of legs, ``n (1 - r) / (1 + r)`` with r >= 0 the correlation of neighbours."""
         count = len(self.gain_nT)
         worst = max(_neighbours(self.gain_nT[:, None]), _neighbours(self.richer.mean_nT)) - 1.0 / np.sqrt(count)
         return float(count * (1.0 - max(0.0, worst)) / (1.0 + max(0.0, worst)))
 
     @cached_property
     def interval_nT(self) -> tuple[float, float]:
-        """Of 95 %; without end where nothing is told."""
+        """Return the 95 % interval of the gain; infinite for too few legs."""
         if len(self.gain_nT) < LEAST_LEGS or self.counted < 2.0:
             return -np.inf, np.inf
         std = float(self.gain_nT.std(ddof=1)) / np.sqrt(self.counted)
@@ -84,12 +84,12 @@ class ModelPair:
 
     @property
     def kept(self) -> Unseen:
-        """The richer where that is worth it, else the simpler."""
+        """Return the richer model's errors if the gain is significant, else the simpler model's."""
         return self.richer if self.verdict == "worth_it" else self.simpler
 
     @property
     def verdict(self) -> Verdict:
-        """Worth it or worse where the interval says so, as well where it is narrow, else cannot tell."""
+        """Return better or worse by the interval, equal for a narrow interval about zero, else undecided."""
         low, high = self.interval_nT
         if low > 0:
             return "cannot_tell" if self.doubt else "worth_it"
@@ -99,7 +99,7 @@ class ModelPair:
 
 
 def _neighbours(values: Array) -> float:
-    """Correlation of neighbours in values (n, k)."""
+    """Return the correlation of neighbours in values (n, k)."""
     off = values - values.mean(axis=0)
     total = float(np.sum(off**2))
     return float(np.sum(off[1:] * off[:-1])) / total if total > 0 else 0.0

@@ -1,4 +1,4 @@
-"""The answer in words and as JSON."""
+"""Result of the cross-validation in words and as JSON."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from validation.cross_validation.workflow import UNTOLD, Worth
 from validation.text import figure, sentence
 
 CALLED = {OFFSET: "the offset alone"}
-"""Names for sentences, where they are others than "the ..."."""
+"""Names in sentences, if different from "the ..."."""
 
 
 def summary(found: Worth) -> dict[str, Any]:
-    """What `--json` prints."""
+    """Return the JSON of `--json`."""
     told = {
         "sensor": found.sensor,
         "knowledge": found.knowledge,
@@ -32,12 +32,12 @@ def summary(found: Worth) -> dict[str, Any]:
 
 
 def claim_summary(claims: Mapping[str, Claim]) -> dict[str, Any]:
-    """The claims of calibrators by name, as `--json` prints them."""
+    """Return the claims of calibrators by name, for `--json`."""
     return {name: asdict(one) | {"sentence": one.sentence} for name, one in claims.items()}
 
 
 def claim_lines(claims: Mapping[str, Claim]) -> list[str]:
-    """A line for each that cannot be believed as it is."""
+    """Return a line for each doubtful claim."""
     return [f"{name}: {one.sentence}." for name, one in claims.items() if one.sentence]
 
 
@@ -60,34 +60,34 @@ def _plain(one: ModelPair) -> dict[str, Any]:
 
 
 def headline(found: Worth) -> str:
-    """A sentence a pair, and what was held out."""
+    """Return a sentence for each pair, the recommended model, and the legs held out."""
     of = found.sensor.replace("sensor@", "sensor ") + ": " if "@" in found.sensor else ""
     how = f"held out in turn: {found.legs.count} legs, by {found.legs.how}; known: the field's {found.knowledge}"
-    take = f"take {_called(found.keep)}" if found.keep else f"take none of them: {UNTOLD}"
+    take = f"use {_called(found.keep)}" if found.keep else f"use none of these models: {UNTOLD}"
     return "\n".join(of + sentence(text) for text in (*(told(one) for one in found.pairs), take, how))
 
 
 def told(one: ModelPair) -> str:
-    """Whether the richer model is worth it, by how much and how sure."""
+    """Return the verdict on a pair in a sentence, with gain and interval."""
     richer, simpler = _called(one.richer.model.name), _called(one.simpler.model.name)
     size, rms = figure(abs(one.better_nT)), (figure(one.simpler.typical_nT), figure(one.richer.typical_nT))
     more = one.richer.model.count - one.simpler.model.count
     if one.doubt and one.interval_nT[0] > 0:
-        return f"cannot tell: {richer} predicts unseen legs {size} nT better than {simpler}, but {one.doubt}"
+        return f"undecided: {richer} predicts held-out legs {size} nT better than {simpler}, but {one.doubt}"
     match one.verdict:
         case "worth_it":
-            what = f"{richer} predicts unseen legs {size} nT better than {simpler}"
-            return f"{what} ({_interval(one)}; {rms[0]} nT become {rms[1]}): worth it"
+            what = f"{richer} predicts held-out legs {size} nT better than {simpler}"
+            return f"{what} ({_interval(one)}; {rms[0]} nT become {rms[1]}): use {richer}"
         case "worse":
-            return f"{richer} predicts unseen legs {size} nT worse than {simpler} ({_interval(one)}): leave it"
+            return f"{richer} predicts held-out legs {size} nT worse than {simpler} ({_interval(one)}): use {simpler}"
         case "as_well":
-            what = f"{simpler} predicts unseen legs as well as {richer}"
+            what = f"{simpler} predicts held-out legs as well as {richer}"
             return f"{what} ({_interval(one)}): {more} more parameters only add noise"
-    return f"cannot tell whether {richer} predicts unseen legs better than {simpler}: {_interval(one)}"
+    return f"undecided whether {richer} predicts held-out legs better than {simpler}: {_interval(one)}"
 
 
 def _interval(one: ModelPair) -> str:
-    """Of the gain, and what it is from; the legs alone where they tell none."""
+    """Return the interval of the gain and the number of legs; only the legs without an interval."""
     count, (low, high) = len(one.gain_nT), one.interval_nT
     counted = "" if one.counted > count - 1 else f" that count for {figure(one.counted, 2)}"
     told = f"{figure(low)} to {figure(high)} nT over " if abs(high) < inf else ""

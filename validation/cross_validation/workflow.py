@@ -1,4 +1,4 @@
-"""Whether soft iron, eddy currents and temperature are worth their parameters on a recording."""
+"""Cross-validation of soft iron, eddy currents and temperature on a recording."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from validation.cross_validation.paired_legs import ModelPair, Unseen
 from validation.signals.thinning import every_nth
 
 LEAST_SAMPLES = 24
-"""Twice the parameters of the larger base: fewer leave nothing to hold out."""
-UNTOLD = "this motion does not tell the offset"
+"""Least number of samples: twice the parameters of the full matrix and offset."""
+UNTOLD = "this motion does not determine the offset"
 MOST_SAMPLES = 10_000
-"""Of a longer recording every second, third, ... sample is taken: what the models leave hangs on the motion."""
+"""Samples at most; longer recordings are thinned, since the residual of models depends on the motion."""
 
 
 @dataclass(frozen=True, eq=False)
 class Worth:
-    """Pairs of a simpler and a richer model: offset and matrix first, then what is added to the better of them.
+    """Pairs of simpler and richer models: first offset and matrix, then extensions of the better.
 
-    keep : the name of the model that all of them leave; "" where the motion does not tell its offset
+    keep : name of the recommended model, "" if the motion does not determine the offset
     """
 
     sensor: str
@@ -36,18 +36,18 @@ class Worth:
 
 
 def worth(recording: Recording, reference: Reference) -> tuple[Worth, ...]:
-    """Which models predict unseen legs better, of each sensor; InputError for a recording that is too short."""
+    """Cross-validate the models of each sensor; InputError for a recording that is too short."""
     if len(recording) < LEAST_SAMPLES:
-        what = f"{len(recording)} samples are too few to hold some of them out"
+        what = f"{len(recording)} samples are too few to hold some out"
         raise InputError(what, where="--worth", do=f"record {LEAST_SAMPLES} or more")
     thinned = recording.taken(every_nth(len(recording), MOST_SAMPLES))
     return tuple(_of_sensor(key, one, reference) for key, one in sensor_recordings(thinned, "sensor").items())
 
 
 def _of_sensor(sensor: str, recording: Recording, reference: Reference) -> Worth:
-    """With attitude and the field's vector all of the misfit counts, else the distance that the strength tells.
+    """Cross-validate a sensor: by vectors with attitude and field vector, else by the strength.
 
-    Soft iron is asked for again beside what else was worth it: what is left out can pass for it.
+    Soft iron is tested again after accepted extensions, since a missing extension can pass for soft iron.
     """
     legs, strength_nT, simple = legs_of(recording), reference.strength_nT, offset(recording, reference)
     pair, doubt = (simple, with_iron(simple)), _doubt(simple, recording, reference)
@@ -75,13 +75,13 @@ def _paired(models: tuple[Model, Model], doubt: str, legs: LegPartition, strengt
 
 
 def _doubt(simple: Model, recording: Recording, reference: Reference) -> str:
-    """Why soft iron is not to be taken though it predicts better: a calibrator of it finds the motion too little."""
+    """Return a reason against soft iron: the motion is too small for a calibrator with soft iron."""
     method = get("ellipsoid" if simple.known is None else "vector_least_squares")
     return UNTOLD if method.fit(recording, reference).status.kind == "unobservable" else ""
 
 
 def _kept(model: Model, recording: Recording, reference: Reference) -> str:
-    """The model's name; none for an offset that a calibrator of the offset alone finds unobservable."""
+    """Return the model's name, "" for an offset that the sphere calibrator finds unobservable."""
     alone = model.known is None and len(model.slots) == 1
     lost = alone and get("sphere").fit(recording, reference).status.kind == "unobservable"
     return "" if lost else model.name

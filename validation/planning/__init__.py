@@ -1,1 +1,1 @@
-"""Which manoeuvre a vehicle should fly to be calibrated: the shortest that is good enough, or the next leg."""
+"""Planning of calibration manoeuvres: the shortest manoeuvre for a target error, and next legs after a recording."""

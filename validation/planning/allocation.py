@@ -1,4 +1,4 @@
-"""How much of each leg: the amounts that make the goal's error least within the time."""
+"""Allocation of time to legs, for the least error of the goal."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from validation.bound.limit import inverse
 
 MOST_ROUNDS = 200
 PRECISION = 1e-9
-"""Change of ln f at which the search ends."""
+"""Change of ln f at which the search stops."""
 
 
 @dataclass(frozen=True, eq=False)
 class LegInformation:
-    """What legs tell: M(x) = fixed (k, k) + sum_l x_l each_l, each (m, k, k) of one unit; wanted B (k, q).
+    """Information of legs: ``M(x) = fixed + sum_l x_l each_l``, fixed (k, k), each (m, k, k) for one unit.
 
-    least : of every x_l, which `fixed` leaves out; unit_s : time of a unit
+    wanted : B (k, q) of the goal; least : lower limit of every x_l; unit_s : time of a unit
     """
 
     fixed: Array
@@ -29,12 +29,12 @@ class LegInformation:
     unit_s: float
 
     def mean_square(self, amounts: Array) -> float:
-        """f = tr B^T M^-1 B; infinite where the legs do not tell it."""
+        """Return ``f = tr B^T M^-1 B``, infinite for singular M."""
         covariance = inverse(self.fixed + np.tensordot(amounts, self.each, 1))
         return np.inf if covariance is None else float(np.sum(self.wanted * (covariance @ self.wanted)))
 
     def best(self, time_s: float) -> tuple[Array, float]:
-        """Amounts (m,) and f, within so much time for them; f is infinite for too little. ln f is convex: by SLSQP."""
+        """Return amounts (m,) and f within a time, by SLSQP since ln f is convex; f is infinite for too little time."""
         count, units = len(self.each), time_s / self.unit_s
         if units < self.least * count:
             return np.full(count, self.least), np.inf
@@ -54,7 +54,7 @@ class LegInformation:
         return amounts, self.mean_square(amounts)
 
     def _log_and_slope(self, amounts: Array) -> tuple[float, Array]:
-        """ln f, and -|..|^2 / f: d f / d x_l = -tr B^T C each_l C B."""
+        """Return ln f and the gradient (m,), with ``d f / d x_l = -tr B^T C each_l C B``."""
         covariance = inverse(self.fixed + np.tensordot(amounts, self.each, 1))
         if covariance is None:
             return np.inf, np.zeros(len(amounts))
@@ -65,7 +65,7 @@ class LegInformation:
 
 
 def whole(amounts: Array, units: float) -> Array:
-    """Whole amounts of about these sizes whose sum fits, those cut most raised first."""
+    """Return amounts rounded to integers with a sum of at most `units`; largest fractions are rounded up."""
     down = np.maximum(np.floor(amounts), 1.0)
     left = int(units - down.sum())
     raised = np.argsort(down - amounts)[: max(left, 0)]

@@ -1,4 +1,4 @@
-"""Manoeuvres for a method with a gyro, which links what the samples tell: legs shown again and again."""
+"""Manoeuvres for methods with a gyro, which links the samples: legs in repeated order."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ from validation.planning.search import LegSelection, RouteSearch
 from validation.planning.task import PlanningTask
 
 GUIDES = ("vector", "norm")
-"""What the legs are chosen for: a good gyro tells what a known attitude does, a poor one leaves the strength."""
+"""Knowledge for the choice of legs: a good gyro gives the attitude, a poor gyro leaves only the strength."""
 TIMES = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32)
-"""How often the legs are shown: a gyro's noise adds up, and so it tells more of turns that follow each other soon."""
+"""Numbers of repetitions of the legs: gyro noise accumulates, so turns in quick succession give more information."""
 MOST_LEGS = 1000
-"""Of a phase."""
+"""Legs at most of a phase."""
 LEAST_S = 100.0
-"""No target is met in less: the gyro's bias has to be found too."""
+"""Least time for a target, since the gyro's bias is estimated too."""
 CLOSE = 1.03
-"""To which the shortest time is found."""
+"""Ratio of times at which the search for the shortest ends."""
 
 
 def linked(task: PlanningTask, time_s: float) -> LegSelection:
-    """The best for a time, by the bound along the attitudes as they are meant; its error infinite where none tells."""
+    """Return the best selection for a time, by the bound of the intended attitudes; infinite error if unobservable."""
     return min(_tried(task, time_s), key=lambda one: one.error)
 
 
 def shortest(task: PlanningTask, target: float, most_s: float) -> LegSelection:
-    """The shortest that is as good as the target, found by halving; the best in most_s where none is."""
+    """Return the shortest selection that meets the target, by bisection; the best within most_s if none does."""
     best, low, high = linked(task, most_s), min(LEAST_S, most_s), most_s
     while best.error <= target and high > CLOSE * low:
         middle = float(np.sqrt(low * high))
@@ -45,7 +45,7 @@ def shortest(task: PlanningTask, target: float, most_s: float) -> LegSelection:
 
 
 def _tried(task: PlanningTask, time_s: float) -> Iterator[LegSelection]:
-    """The legs chosen for each guide, shown once or more often; not hurried: the gyro is read at the samples."""
+    """Yield legs for each of GUIDES, repeated TIMES; turns are not faster, since the gyro is sampled."""
     for guide in GUIDES:
         before = None if task.before is None else _carried(task.before, guide)
         search = RouteSearch(replace(task, knowledge=guide, before=before), time_s)
@@ -62,7 +62,7 @@ def _tried(task: PlanningTask, time_s: float) -> Iterator[LegSelection]:
 
 
 def _again(choice: LegSelection, times: int) -> LegSelection | None:
-    """The legs so often in the same time, and the error that they promise; None where turning takes longer."""
+    """Return the legs repeated within the time, with predicted error; None if turning takes longer."""
     legs = fitted(choice.task, choice.legs * times, choice.time_s)
     if legs is None:
         return None
@@ -71,7 +71,7 @@ def _again(choice: LegSelection, times: int) -> LegSelection | None:
 
 
 def _carried(before: Array, guide: str) -> Array:
-    """Information on a symmetric S as that on a guide's entries (k, k), two across the diagonal by their mean."""
+    """Return information (k, k) on a guide's entries from a symmetric S; the mean of entries across the diagonal."""
     places = PLACES[guide]
     into = np.zeros((len(before), 3 + len(places)))
     into[:3, :3] = np.eye(3)

@@ -1,4 +1,4 @@
-"""What to fly after a recording: leg by leg, what each gains, until that no longer pays."""
+"""Next legs after a recording, with the gain of each, until a further leg no longer pays."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from validation.planning.search import LegSelection, RouteSearch
 from validation.planning.task import PlanningTask
 
 LEGS_S = (60.0, 120.0, 240.0)
-"""Lengths of a leg that are tried: what is missing may take long to turn to. The one that gains fastest is flown."""
+"""Tried lengths of a leg; the leg with the fastest gain is flown. Short legs may not reach the missing attitudes."""
 PAYS = 0.1
-"""A minute that makes the error less by a smaller share no longer pays: as much again as there is gives 30 %."""
+"""Least relative reduction of the error a minute for a leg to pay; doubling a recording gives 30 %."""
 MINUTE_S = 60.0
 
 
 @dataclass(frozen=True, eq=False)
 class NextLeg:
-    """A leg: what is flown, and the goal's error before and after it."""
+    """Next leg, with the goal's error before and after."""
 
     choice: LegSelection
     before: float
@@ -33,25 +33,25 @@ class NextLeg:
 
     @property
     def gain(self) -> float:
-        """By how much the error falls; infinite where there was no limit to it."""
+        """Return the reduction of the error, infinite if the goal was unobservable before."""
         return self.before - self.after
 
     @property
     def rate(self) -> float:
-        """ln of the error's fall, in a minute."""
+        """Return the rate of ln(error) reduction a minute."""
         return float(np.log(self.before / self.after)) * MINUTE_S / self.choice.phase.duration_s
 
     @property
     def pays(self) -> bool:
-        """Whether it is worth flying."""
+        """Return whether the leg reduces the error fast enough."""
         return bool(self.rate >= -np.log1p(-PAYS))
 
 
 @dataclass(frozen=True, eq=False)
 class LegSequence:
-    """The legs that pay, as they are flown, the one that no longer does, and the limit of the tilts for their time.
+    """Legs that pay, the first leg that does not (`idle`), and the limit of the tilts for the total time.
 
-    error : of the goal, by the recording and the legs as the simulator flies them; None where no leg pays
+    error : goal's error from the recording and the simulated legs; None if no leg pays
     """
 
     task: PlanningTask
@@ -63,10 +63,10 @@ class LegSequence:
 
 
 def onward(task: PlanningTask, time_s: float, target: float | None = None) -> LegSequence:
-    """Legs after a recording (`PlanningTask.after`): each the best that goes on from all before, within a time in all.
+    """Return the next legs after a recording (`PlanningTask.after`), each the best given all before, within a time.
 
-    They end where the next one no longer pays, or the target is met. Raises InputError where nothing that can be flown
-    in that time tells the goal.
+    The sequence ends when a further leg no longer pays, or the target is met.
+    Raises InputError if no manoeuvre within the time determines the goal.
     """
     assert task.before is not None
     told, yaw_deg, left_s = task.before, task.manoeuvre.yaw_deg, time_s
@@ -84,13 +84,13 @@ def onward(task: PlanningTask, time_s: float, target: float | None = None) -> Le
         yaw_deg = nearest(found.choice.legs[-1].yaw_deg)
         left_s -= found.choice.phase.duration_s
     if not legs and idle is None:
-        do = "give more --time, wider --tilt-limits, or tell more with --knowledge vector"
-        raise InputError("no leg that is tried tells that in this time", where="--time", do=do)
+        do = "give more --time, wider --tilt-limits, or more knowledge with --knowledge vector"
+        raise InputError("no leg in this time determines the goal", where="--time", do=do)
     return _flown(task, tuple(legs), idle)
 
 
 def _leg(task: PlanningTask, left_s: float) -> NextLeg | None:
-    """The leg from here that gains fastest; None where none in the time that is left tells the goal."""
+    """Return the leg with the fastest gain; None if no leg in the remaining time determines the goal."""
     assert task.before is not None
     before = task.error(task.before)
     tried = [_best(task, leg_s) for leg_s in LEGS_S if leg_s <= left_s]

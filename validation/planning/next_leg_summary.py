@@ -1,4 +1,4 @@
-"""The legs after a recording in words and as JSON."""
+"""Next legs after a recording in words and as JSON."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from validation.text import duration, quantity
 
 
 def summary(found: LegSequence, scenario: str) -> dict[str, Any]:
-    """What `--json` prints; scenario: the file that flies the legs, "" where none pays."""
+    """Return the JSON of `--json`; scenario : file with the legs, "" if no leg pays."""
     goal = found.task.goal
     least = found.least
     told = {
@@ -26,21 +26,21 @@ def summary(found: LegSequence, scenario: str) -> dict[str, Any]:
 
 
 def headline(found: LegSequence) -> str:
-    """Leg by leg what it gains, the one that no longer pays, and what recording and legs tell together."""
+    """Return the gain of each leg, the first leg that does not pay, and the error from recording and legs."""
     goal = found.task.goal
     lines = [f"leg {number}: {_gain(leg, found)}" for number, leg in enumerate(found.legs, start=1)]
     if found.idle is not None:
-        lines.append(f"a leg more no longer pays: {_gain(found.idle, found)}")
+        lines.append(f"a further leg does not pay: {_gain(found.idle, found)}")
     if found.error is not None and found.least is not None:
-        told = quantity(found.error, goal.unit)
-        lines.append(f"recording and legs, as the simulator flies them, tell the {goal.short} to {told} rms")
+        size = quantity(found.error, goal.unit)
+        lines.append(f"recording and simulated legs determine the {goal.short} to {size} rms")
         lines.append(limit_of(found.least))
         lines += [PERFECT] if found.task.linked else []
     return "\n".join(lines)
 
 
 def rows(found: LegSequence) -> list[tuple[str, ...]]:
-    """A row an attitude, numbered by leg; times from the beginning of the leg."""
+    """Return a row for each attitude, numbered by leg; times from the start of the leg."""
     return [
         row(f"{number}.{place}", attitude, begin, length)
         for number, leg in enumerate(found.legs, start=1)
@@ -52,7 +52,7 @@ def rows(found: LegSequence) -> list[tuple[str, ...]]:
 
 def _gain(leg: NextLeg, found: LegSequence) -> str:
     unit, length = found.task.goal.unit, duration(leg.choice.phase.duration_s)
-    before = quantity(leg.before, unit) if isfinite(leg.before) else f"an untold {found.task.goal.short}"
+    before = quantity(leg.before, unit) if isfinite(leg.before) else f"an undetermined {found.task.goal.short}"
     return f"in {length} {before} becomes {quantity(leg.after, unit)}"
 
 

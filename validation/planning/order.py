@@ -1,4 +1,4 @@
-"""In which order legs are flown so that least time goes into turning."""
+"""Order of legs with the least turning time."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from scenarios.arrays import Array
 
 Cost = Callable[[int, int], float]
 START = -1
-"""The cost's first place for the way from the start."""
+"""First argument of the cost for the way from the start."""
 
 
 def shortest(count: int, cost: Cost) -> list[int]:
-    """An order of places from the start: the nearest next, then stretches turned round while that helps (2-opt).
+    """Return a short order of places from the start: nearest neighbour, then 2-opt.
 
-    cost(a, b) : from a to b, a = START for the way from the start
+    cost(a, b) : cost from a to b, a = START for the way from the start
     """
     costs = np.array([[cost(a, b) if a != b else np.inf for b in range(count)] for a in range(START, count)])
     order = _nearest(costs, count)
@@ -35,7 +35,7 @@ def _nearest(costs: Array, count: int) -> list[int]:
 
 
 def _turned_round(order: list[int], costs: Array) -> list[int] | None:
-    """The first order with a stretch turned round that is shorter; None where none is."""
+    """Return the first shorter order with a reversed stretch, None without any."""
     now = _length(order, costs)
     for first in range(len(order) - 1):
         for last in range(first + 2, len(order) + 1):

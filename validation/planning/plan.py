@@ -1,4 +1,4 @@
-"""A plan: the manoeuvre, what it allows when it is flown, and how far that is from the limit of its tilts."""
+"""Plan of a manoeuvre: the simulated flight, the error by the bound, and the ratio to the limit of the tilts."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ from validation.planning.task import PlanningTask
 from validation.planning.verification import Confirmed, confirmed
 
 MOST_TRIES = 4
-"""Flights on the way to a target that the first, planned without physics, misses by a little."""
+"""Flights at most to meet a target that the first plan, made without physics, misses by a little."""
 MARGIN = 1.005
-"""More time than the ratio of squares asks for, so that the next flight meets the target."""
+"""Factor on the time from the ratio of squares, so that the next flight meets the target."""
 NEAR = 1.2
-"""Of the tilts' limit: so near it, no other way of flying is tried."""
+"""Ratio to the tilts' limit below which no other variant is tried."""
 USUAL = 99.0
-"""Percentile of the tilts that a vehicle is said to fly: a switch of a push overshoots for tenths of a second."""
+"""Percentile of the flown tilts that is reported, since pushes overshoot for tenths of a second."""
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """What was found and flown.
+    """Plan with the simulated flight.
 
-    error : of the goal, by the bound along the motion flown; least : the limit of the tilts for as many samples;
-    staying : that of a vehicle that stays in its place and tilts by pushing alone; None where it can hold a tilt
+    error : goal's error by the bound of the flown motion; least : limit of the tilts for as many samples
+    staying : limit for a vehicle that remains in place and tilts only by thrust; None if the vehicle can hold a tilt
     flown_deg : |roll| and |pitch| that are not exceeded 99 % of the time
     """
 
@@ -50,38 +50,38 @@ class Plan:
 
     @property
     def task(self) -> PlanningTask:
-        """What it was planned for."""
+        """Return the task of the plan."""
         return self.choice.task
 
     @property
     def time_s(self) -> float:
-        """Length of the manoeuvre."""
+        """Return the duration of the manoeuvre in s."""
         return self.choice.phase.duration_s
 
     @property
     def ratio(self) -> float:
-        """Its error over the limit."""
+        """Return the ratio of error to limit."""
         return self.error / self.least.value
 
     @property
     def staying_ratio(self) -> float | None:
-        """Its error over the limit of a vehicle that stays in its place."""
+        """Return the ratio of error to the limit of a vehicle that remains in place."""
         return None if self.staying is None else self.error / self.staying.value
 
     @property
     def met(self) -> bool:
-        """Whether it is as good as the target, where there is one."""
+        """Return whether the target, if any, is met."""
         return self.target is None or self.error <= self.target
 
     def checked(self, trials: int, engine: Engine) -> Plan:
-        """With trials of the flown motion."""
+        """Return the plan verified by trials of the flown motion."""
         return replace(self, confirmed=confirmed(self.scenario, self.task.goal, trials, engine))
 
 
 def planned(task: PlanningTask, time_s: float, target: float | None = None) -> Plan:
-    """The shortest manoeuvre that meets the target within a time, or the best where there is none or it cannot.
+    """Return the shortest manoeuvre that meets the target within a time, or the best if none does or without target.
 
-    Raises InputError where nothing that can be flown in that time tells the goal.
+    Raises InputError if no manoeuvre within the time determines the goal.
     """
     if task.linked:
         choice = linked.linked(task, time_s) if target is None else linked.shortest(task, target, time_s)
@@ -106,7 +106,7 @@ def planned(task: PlanningTask, time_s: float, target: float | None = None) -> P
 
 
 def _best(task: PlanningTask, time_s: float) -> Plan:
-    """The best for a time: flown the usual way, and other ways where that is too far from the limit."""
+    """Return the best manoeuvre for a time; further variants are tried if the first is too far from the limit."""
     best: Plan | None = None
     for way in task.manoeuvre.ways:
         search = RouteSearch(task.flown_by(way), time_s)
@@ -123,8 +123,8 @@ def _best(task: PlanningTask, time_s: float) -> Plan:
 
 
 def _untold() -> InputError:
-    do = "give more --time, wider --tilt-limits, or tell more with --knowledge vector"
-    return InputError("no manoeuvre that is tried tells that in this time", where="--time", do=do)
+    do = "give more --time, wider --tilt-limits, or more knowledge with --knowledge vector"
+    return InputError("no manoeuvre in this time determines the goal", where="--time", do=do)
 
 
 def _flown(choice: LegSelection, target: float | None) -> Plan:

@@ -1,4 +1,4 @@
-"""Attitudes of a choice moved about, its turns counted, while that makes it better."""
+"""Refinement of legs: angles are varied one at a time, turns included in the error."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ if TYPE_CHECKING:
     from validation.planning.task import PlanningTask
 
 STEPS_DEG = (40.0, 20.0, 10.0, 5.0)
-"""How far an angle is moved, from the widest on."""
+"""Steps of an angle, in descending order."""
 MOST_ROUNDS = 3
-"""Over all angles, for each step."""
+"""Rounds over all angles at most, for each step."""
 GAIN = 5e-3
-"""Share of the error by which a round over all angles must make it less for another of the same step."""
+"""Relative reduction of the error by a round from which on the step is repeated."""
 
 
 def refined(task: PlanningTask, legs: Sequence[Leg], time_s: float) -> tuple[tuple[Leg, ...], float]:
-    """Legs no worse than these for a time, and their error: an angle at a time, what is left of the time held.
+    """Return refined legs for a time and the error, by coordinate search; the remaining time is spent in holds.
 
-    Turns to other attitudes take other times and tell other things: both are counted, by the whole flight.
+    The error is that of the whole flight, with durations and information of the turns.
     """
     best = fitted(task, tuple(legs), time_s)
     error = np.inf if best is None else _error(task, best)
@@ -42,7 +42,7 @@ def refined(task: PlanningTask, legs: Sequence[Leg], time_s: float) -> tuple[tup
 def _round(
     task: PlanningTask, here: tuple[Leg, ...], error: float, step_deg: float, time_s: float
 ) -> tuple[tuple[Leg, ...], float]:
-    """Each angle of each leg a step either way, kept where that is better."""
+    """Try each angle of each leg a step up and down, and keep improvements."""
     for place in range(len(here)):
         for axis in range(3):
             for way in (-step_deg, step_deg):
@@ -55,7 +55,7 @@ def _round(
 
 
 def _moved(task: PlanningTask, leg: Leg, axis: int, by_deg: float) -> Leg:
-    """A leg with an angle moved, within the tilts."""
+    """Return a leg with an angle moved, within the tilts."""
     angles = np.array(leg.angles_deg)
     angles[axis] += by_deg
     pitch, roll = task.tilts.pitch_deg, task.tilts.roll_deg
@@ -65,7 +65,7 @@ def _moved(task: PlanningTask, leg: Leg, axis: int, by_deg: float) -> Leg:
 
 
 def fitted(task: PlanningTask, legs: tuple[Leg, ...], time_s: float) -> tuple[Leg, ...] | None:
-    """The legs with their amounts changed alike so that the flight takes that time; None where turning alone does."""
+    """Return the legs with amounts scaled so that the flight takes a time; None if turns alone take longer."""
     manoeuvre = task.manoeuvre
     moving_s = manoeuvre.phase([replace(leg, amount=manoeuvre.least) for leg in legs]).duration_s
     if moving_s > time_s:
@@ -79,5 +79,5 @@ def fitted(task: PlanningTask, legs: tuple[Leg, ...], time_s: float) -> tuple[Le
 
 
 def _error(task: PlanningTask, legs: tuple[Leg, ...]) -> float:
-    """The goal's, by the whole flight as it is meant."""
+    """Return the goal's error from the whole intended flight."""
     return task.error_with(task.told(task.manoeuvre.phase(legs)))

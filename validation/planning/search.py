@@ -1,4 +1,4 @@
-"""The best manoeuvre for a time, or the shortest for a target, among a vehicle's own."""
+"""Search for the best manoeuvre for a time, or the shortest for a target."""
 
 from __future__ import annotations
 
@@ -18,28 +18,28 @@ from validation.planning.refinement import refined
 from validation.planning.task import PlanningTask
 
 FEW = (4, 6, 9, 12, 16, 20, 24, 32)
-"""Numbers of legs that are tried: sixteen lose nothing to the optimum in most cases, fewer leave more time to hold."""
+"""Tried numbers of legs: sixteen are usually as good as the optimum, fewer leave more time for holds."""
 NARROWER = (1.0, 0.6, 0.35)
-"""Of the tilts, within which routes are looked for: where time is short, what is near is worth most."""
+"""Shares of the tilts within which routes are searched: for short times narrow tilts may be better."""
 REFINED = 3
-"""Routes whose attitudes are moved about: the best, each of another number of legs."""
+"""Routes to refine: the best for several numbers of legs."""
 ENOUGH = 1.1
-"""Of the optimum's error, which holds for any motion within the tilts: a route so good is left as it is."""
+"""Ratio to the error of the optimal design below which a route is not refined."""
 FEWER = (1, 2, 3, 4, 6, 9, 12)
-"""The same for a leg that goes on from a recording."""
+"""Tried numbers of legs after a recording."""
 KEPT = 0.6
-"""Share of the candidates that each thinning keeps."""
+"""Share of the candidates kept at each thinning."""
 RARE = 1e-6
-"""Weight, in units of the largest, of a candidate that is none."""
+"""Weight over the largest below which a candidate is dropped."""
 SHORT = 0.5
-"""Seconds below which a hold is none."""
+"""Seconds below which a hold is dropped."""
 CLOSE_S = 1.0
-"""To which the shortest time is found."""
+"""Accuracy of the shortest time in s."""
 
 
 @dataclass(frozen=True, eq=False)
 class Route:
-    """Legs in their order, what they tell, and the time of a flight with none of their amounts."""
+    """Ordered legs with information, and the duration of a flight with least amounts."""
 
     task: PlanningTask
     angles_deg: Array
@@ -47,7 +47,7 @@ class Route:
     moving_s: float
 
     def best(self, time_s: float) -> LegSelection:
-        """The best amounts for a time in all."""
+        """Return the best amounts for a total time."""
         amounts, square = self.legs.best(time_s - self.moving_s)
         if self.task.manoeuvre.whole and np.isfinite(square):
             amounts = whole(amounts, (time_s - self.moving_s) / self.legs.unit_s)
@@ -58,7 +58,7 @@ class Route:
 
 @dataclass(frozen=True, eq=False)
 class LegSelection:
-    """Legs, the time they were chosen for, and the goal's error that they promise before they are flown."""
+    """Selected legs, the time available, and the predicted error of the goal."""
 
     task: PlanningTask
     legs: tuple[Leg, ...]
@@ -67,30 +67,30 @@ class LegSelection:
 
     @property
     def filled(self) -> LegSelection:
-        """The same with nothing left of the time, if that is better."""
+        """Return the selection stretched to fill the time, if better."""
         task = self.task.flown_by(self.task.manoeuvre.filling(self.legs, self.time_s))
         error = task.error_with(task.told(task.manoeuvre.phase(self.legs)))
         return LegSelection(task, self.legs, self.time_s, error) if error < self.error else self
 
     @property
     def phase(self) -> PhaseBase:
-        """The phase that flies them."""
+        """Return the phase with the legs."""
         return self.task.manoeuvre.phase(self.legs)
 
     @property
     def information(self) -> Array:
-        """What the flight tells (k, k), beside what was known before."""
+        """Return the information (k, k) of the flight alone."""
         return self.task.told(self.phase)
 
 
 class RouteSearch:
-    """The routes through few attitudes of the optimal design, each a flight for any time.
+    """Routes through few attitudes of the optimal design, each usable for any time.
 
-    Routes without the legs that a choice gave no time join them.
+    Routes without legs of negligible time are added during the search.
     """
 
     def __init__(self, task: PlanningTask, time_s: float) -> None:
-        """time_s : against which what is known before the flight counts."""
+        """Collect routes; time_s : flight time, compared with information from before the flight."""
         self.task = task
         narrower = NARROWER if task.step_deg is None and task.before is None else NARROWER[:1]
         rows = [_within(task, time_s, share) for share in narrower]
@@ -98,7 +98,7 @@ class RouteSearch:
         self.least_in_a_second = float(np.sqrt(time_s * optimal(rows[0][1], task.wanted, task.before)[0]))
 
     def improve(self, time_s: float) -> None:
-        """Add to the routes the best with their attitudes moved about, for a time, unless one is near the optimum."""
+        """Add refined versions of the best routes for a time, unless a route is near the optimum."""
         found = sorted((route.best(time_s) for route in self.routes), key=lambda one: one.error)
         least = self.least_in_a_second / np.sqrt(time_s)
         if self.task.step_deg is not None or not ENOUGH * least < found[0].error < np.inf:
@@ -110,12 +110,12 @@ class RouteSearch:
                 self.routes.append(_route(self.task, np.array([leg.angles_deg for leg in legs]), ordered=True))
 
     def best(self, time_s: float) -> LegSelection:
-        """The best of all routes for a time."""
+        """Return the best of all routes for a time."""
         best = min((route.best(time_s) for route in self.routes), key=lambda one: one.error)
         return self._thinned(best) if np.isfinite(best.error) else best
 
     def shortest(self, target: float, most_s: float) -> LegSelection:
-        """The shortest that is as good as the target, found by halving; the best in most_s where none is."""
+        """Return the shortest selection that meets the target, by bisection; the best within most_s if none does."""
         best, low, high = self.best(most_s), 0.0, most_s
         while best.error <= target and high - low > CLOSE_S:
             middle = (low + high) / 2
@@ -127,7 +127,7 @@ class RouteSearch:
         return best
 
     def _thinned(self, choice: LegSelection) -> LegSelection:
-        """A choice without the legs that have no time to speak of, as long as that is no worse."""
+        """Return the selection without legs of negligible time, unless the error grows."""
         least = choice.task.manoeuvre.least
         kept = [leg.angles_deg for leg in choice.legs if leg.amount >= least + SHORT * (1.0 - least)]
         if not kept or len(kept) == len(choice.legs):
@@ -141,7 +141,7 @@ class RouteSearch:
 
 
 def few(rows: Array, wanted: Array, counts: Sequence[int], before: Array | None = None) -> list[Array]:
-    """Places of the candidates that are left when the optimal design is thinned to these numbers, the most first."""
+    """Return indices of the candidates left after thinning of the optimal design, for descending counts."""
     places, found = np.arange(len(rows)), []
     weights = optimal(rows, wanted, before)[2]
     for count in sorted(counts, reverse=True):
@@ -154,7 +154,7 @@ def few(rows: Array, wanted: Array, counts: Sequence[int], before: Array | None 
 
 
 def _within(task: PlanningTask, time_s: float, share: float) -> tuple[Array, Array]:
-    """Angles (m, 3) within a share of the tilts, and what a leg at each tells, rows (m, r, k), were it all the time."""
+    """Return angles (m, 3) within a share of the tilts, and rows (m, r, k) of a leg for the whole time."""
     angles = task.angles_deg * np.array([1.0, share, share])
     attitudes = Rotation.from_euler("ZYX", angles, degrees=True)
     halves = [task.rows(one) for one in task.manoeuvre.halves(attitudes)]
@@ -162,13 +162,13 @@ def _within(task: PlanningTask, time_s: float, share: float) -> tuple[Array, Arr
 
 
 def _routes(task: PlanningTask, angles: Array, rows: Array) -> list[Route]:
-    """Routes through few attitudes of the optimal design."""
+    """Return routes through few attitudes of the optimal design."""
     chosen = few(rows, task.wanted, FEW if task.before is None else FEWER, task.before)
     return [_route(task, np.round(angles[places], 1)) for places in chosen]
 
 
 def _route(task: PlanningTask, angles: Array, *, ordered: bool = False) -> Route:
-    """The route through these angles (m, 3), in the order that turns least if they are not `ordered`."""
+    """Return the route through angles (m, 3), in the order of least turning unless `ordered`."""
     manoeuvre = task.manoeuvre
     before = (manoeuvre.yaw_deg, 0.0, 0.0)
     if not ordered:

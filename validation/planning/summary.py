@@ -1,4 +1,4 @@
-"""A plan in words and as JSON."""
+"""Plan in words and as JSON."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from validation.text import counted, duration, figure, quantity
 
 COMPASS = ("east", "north-east", "north", "north-west", "west", "south-west", "south", "south-east")
 LEVEL_DEG = 0.5
-"""A tilt that is none."""
+"""Tilt below which an attitude is called level."""
 AGREES = 1.15
-"""Trials that are off by more than this share over the prediction tell of more than white noise: a hundred of them know
-their rms to 6 %, and the methods come within a few per cent of the bound."""
+"""Ratio of trial error to prediction above which noise is not only white: a hundred trials have an error of 6 %, and
+calibrators come within a few per cent of the bound."""
 PERFECT = (
-    "that limit counts a gyro without noise and bias, which links all samples: no motion is below it, and with this "
-    "gyro none reaches it"
+    "the limit assumes a gyro without noise and bias, which links all samples: no motion is below the limit, and none "
+    "with this gyro reaches the limit"
 )
-LIMITS = ("limit of", "size", "this over it", "duality gap, %")
+LIMITS = ("limit of", "size", "ratio of this plan", "duality gap, %")
 """Heads of the table of limits."""
 HEADS = ("leg", "attitude", "yaw, °", "pitch, °", "roll, °", "from, s", "for, s")
 
 
 def summary(found: Plan, scenario: str) -> dict[str, Any]:
-    """What `--json` prints; scenario: the file that flies it."""
+    """Return the JSON of `--json`; scenario : file with the manoeuvre."""
     goal = found.task.goal.name
     told = {
         "scenario": scenario,
@@ -62,17 +62,17 @@ def summary(found: Plan, scenario: str) -> dict[str, Any]:
 
 
 def headline(found: Plan) -> str:
-    """What it promises, how far that is from the limit, and what the trials found."""
+    """Return the predicted error, the ratio to the limit, and the result of trials."""
     unit = found.task.goal.unit
     size = quantity(found.error, unit)
     legs = counted(len(found.choice.legs), "attitude")
-    lines = [f"{legs} in {duration(found.time_s)} tell the {found.task.goal.short} to {size} rms"]
+    lines = [f"{legs} in {duration(found.time_s)} determine the {found.task.goal.short} to {size} rms"]
     if found.target is not None and not found.met:
         lines.append(f"the target of {quantity(found.target, unit)} is not met: give more --time")
-    lines.append(f"{limit_of(found.least)}: this is {figure(found.ratio)} times that")
+    lines.append(f"{limit_of(found.least)}, this plan has {figure(found.ratio)} times the limit")
     lines += [PERFECT] if found.task.linked else []
     if found.staying is not None and found.staying_ratio is not None:
-        lines.append(f"{_staying_limit_of(found.staying)}: this is {figure(found.staying_ratio)} times that")
+        lines.append(f"{_staying_limit_of(found.staying)}, this plan has {figure(found.staying_ratio)} times the limit")
     if found.confirmed is not None:
         one = found.confirmed
         failed = f", {one.failures} failed" if one.failures else ""
@@ -88,22 +88,22 @@ def _staying(found: Plan) -> dict[str, float | None] | None:
 
 
 def limit_of(least: Limit) -> str:
-    """The limit of tilts in a sentence."""
+    """Return the limit of tilts in a sentence."""
     within = f"within a roll of {least.tilts.roll_deg:g} and a pitch of {least.tilts.pitch_deg:g} degrees"
     gap = f"duality gap {figure(100 * least.gap, 2)} %"
-    return f"the limit of any motion {within} in that time is {quantity(least.value, least.goal.unit)} ({gap})"
+    return f"the limit of any motion {within} in this time is {quantity(least.value, least.goal.unit)} ({gap})"
 
 
 def _staying_limit_of(least: Limit) -> str:
     size, gap = quantity(least.value, least.goal.unit), figure(100 * least.gap, 2)
-    return f"that of a vehicle that tilts by pushing alone and stays in its place and height is {size} ({gap} %)"
+    return f"the limit of a vehicle that tilts only by thrust and remains in place is {size} ({gap} %)"
 
 
 def limits(found: Plan) -> list[tuple[str, ...]]:
-    """A row a limit, with LIMITS: of any motion, and of one that stays in its place where that counts."""
+    """Return a row for each limit, with heads LIMITS: for any motion, and for vehicles that remain in place."""
     told = [("any motion within the tilts", found.least, found.ratio)]
     if found.staying is not None and found.staying_ratio is not None:
-        told.append(("one by pushing alone, in its place and height", found.staying, found.staying_ratio))
+        told.append(("a vehicle that tilts only by thrust, in place", found.staying, found.staying_ratio))
     return [
         (whose, quantity(least.value, least.goal.unit), figure(ratio), figure(100 * least.gap, 2))
         for whose, least, ratio in told
@@ -111,7 +111,7 @@ def limits(found: Plan) -> list[tuple[str, ...]]:
 
 
 def rows(found: Plan) -> list[tuple[str, ...]]:
-    """A row a leg: what to show, its angles, and when."""
+    """Return a row for each leg: attitude, angles and times."""
     return [
         row(str(number), leg, begin, length)
         for number, (leg, (begin, length)) in enumerate(
@@ -121,12 +121,12 @@ def rows(found: Plan) -> list[tuple[str, ...]]:
 
 
 def row(name: str, leg: Leg, begin: float, length: float) -> tuple[str, ...]:
-    """A row of a table with HEADS."""
+    """Return a row of a table with heads HEADS."""
     return (name, attitude(leg), *(f"{angle:g}" for angle in leg.angles_deg), figure(begin), figure(length))
 
 
 def attitude(leg: Leg) -> str:
-    """ "facing north-east, nose 25° down, right side 20° down"."""
+    """Return an attitude in words, as "facing north-east, nose 25° down, right side 20° down"."""
     parts = [f"facing {COMPASS[round(leg.yaw_deg / 45.0) % 8]}"]
     if abs(leg.pitch_deg) > LEVEL_DEG:
         parts.append(f"nose {abs(leg.pitch_deg):g}° {'down' if leg.pitch_deg > 0 else 'up'}")
@@ -138,7 +138,7 @@ def attitude(leg: Leg) -> str:
 
 
 def times_s(choice: LegSelection) -> Sequence[tuple[float, float]]:
-    """When each attitude begins to be shown, and for how long."""
+    """Return start and duration of each attitude."""
     return choice.task.manoeuvre.times_s(choice.phase)
 
 

@@ -1,4 +1,4 @@
-"""What is asked of a planned motion: the sensor and field it is for, what a method is told, and the goal."""
+"""Planning task: sensor, field, knowledge of the method, tilts and goal."""
 
 from __future__ import annotations
 
@@ -27,21 +27,21 @@ from validation.bound.limit import Tilts, inverse, sample_rows
 from validation.planning.manoeuvre import HandHeld, Leg, Manoeuvre, manoeuvre_of
 
 HAND, HAND_DEG_S, HAND_STEP_DEG = "hand", 45.0, 45.0
-"""A person: the name, how fast attitudes follow each other, and in what steps a person can show them."""
+"""A person as vehicle: name, turning rate, and steps of the attitudes."""
 USUAL_S, USUAL_HAND_S = 600.0, 120.0
-"""Ten minutes of a vehicle, two of a person."""
+"""Default times: ten minutes for a vehicle, two for a person."""
 PROBE_S = 200.0
-"""Simulated at rest to see sensor and noise: two thousand samples at 10 Hz tell the noise to a percent."""
+"""Time simulated at rest to measure the noise: two thousand samples at 10 Hz give one percent."""
 BEST = {"norm": "ml_geometric", "norm+gyro": "gyro_ml", "vector": "vector_least_squares"}
-"""A calibrator that comes near the bound, by what it is told."""
+"""A calibrator near the bound for each knowledge."""
 
 
 @dataclass(frozen=True, eq=False)
 class PlanningTask:
-    """What is planned for.
+    """Task of a plan.
 
-    name : who flies it; base : the scenario whose phases are to be found; known : its field, sensor and noise;
-    before : information (k, k) that there is already, None for none; step_deg : of attitudes, None: any
+    name : vehicle, or HAND; base : scenario with phases to be found; known : field, sensor and noise of the scenario
+    before : information (k, k) from earlier recordings, None without; step_deg : step of attitudes, None for any
     """
 
     name: str
@@ -66,15 +66,15 @@ class PlanningTask:
         goal: Goal = OFFSET,
         noise_std_nT: float | None = None,
     ) -> PlanningTask:
-        """For a vehicle with field, sensors and errors of a scenario; tilts: default the vehicle's.
+        """Return the task of a vehicle with field, sensors and errors of a scenario; default tilts are the vehicle's.
 
-        HAND : a person with the vehicle in the hands, attitudes in steps of HAND_STEP_DEG; a turntable stands in.
+        HAND : a person with the vehicle in the hands, simulated by a turntable; attitudes in steps of HAND_STEP_DEG.
 
-        Raises InputError for knowledge that no plan is made for, and what the vehicle cannot give or do.
+        Raises InputError for unsupported knowledge, and for a vehicle without suitable motion or sensors.
         """
         if knowledge not in BEST:
             do = f"plan with --knowledge {' or '.join(BEST)}"
-            raise InputError(f"nothing is planned for what {knowledge} tells", where="--knowledge", do=do)
+            raise InputError(f"there are no plans for {knowledge}", where="--knowledge", do=do)
         vehicle = who if who != HAND else next(name for name, one in VEHICLES.items() if Ability.POINT in one.abilities)
         rest = manoeuvre_of(vehicle).phase([Leg(0.0, 0.0, 0.0, 1.0)])
         base = based(vehicle, like, [rest], BEST[knowledge])
@@ -89,41 +89,41 @@ class PlanningTask:
 
     @property
     def angles_deg(self) -> Array:
-        """Yaw, pitch, roll (m, 3) of the attitudes that legs are chosen from."""
+        """Return yaw, pitch, roll (m, 3) of the candidate attitudes of legs."""
         return self.tilts.angles_deg(self.step_deg)
 
     @property
     def linked(self) -> bool:
-        """Whether the order of the samples counts."""
+        """Return whether the order of the samples matters."""
         return self.knowledge not in SAMPLE
 
     @property
     def usual_s(self) -> float:
-        """Time that a plan may take where nobody says it."""
+        """Return the default time of a plan in s."""
         return USUAL_HAND_S if self.name == HAND else USUAL_S
 
     @property
     def interval_s(self) -> float:
-        """Time between samples."""
+        """Return the time between samples in s."""
         return 1.0 / self.base.sampling.rate_hz
 
     @property
     def wanted(self) -> Array:
-        """B (k, q) of the goal."""
+        """Return B (k, q) of the goal."""
         return self.goal.factor(self.known, self.knowledge)
 
     def rows(self, attitudes: Rotation) -> Array:
-        """What a sample at each attitude tells, (m, r, k)."""
+        """Return rows (m, r, k) of a sample at each attitude."""
         return sample_rows(self.known, self.knowledge, attitudes)
 
     def information(self, phase: PhaseBase, from_s: float, to_s: float) -> Array:
-        """Information (k, k) of the samples between two times of a phase, as the manoeuvre is meant."""
+        """Return the information (k, k) of the samples between two times of an intended phase."""
         rows = self.rows(self.manoeuvre.attitudes(phase, from_s, to_s, self.interval_s))
         flat = rows.reshape(-1, rows.shape[2])
         return np.asarray(flat.T @ flat)
 
     def meant(self, phase: PhaseBase) -> Experiment:
-        """The experiment of a phase whose attitudes are as they are meant."""
+        """Return the experiment of a phase with intended attitudes."""
         attitudes = self.manoeuvre.attitudes(phase, 0.0, phase.duration_s, self.interval_s)
         assert self.known.field_enu_nT is not None
         return replace(
@@ -135,42 +135,42 @@ class PlanningTask:
         )
 
     def told(self, phase: PhaseBase) -> Array:
-        """Information (k, k) of a flight of a phase by itself, as it is meant."""
+        """Return the information (k, k) of an intended phase alone."""
         if self.linked:
             return Bound.of(self.meant(phase), self.knowledge).information.matrix
         return self.information(phase, 0.0, phase.duration_s)
 
     def scenario(self, phases: Sequence[PhaseBase], summary: str) -> Scenario:
-        """The scenario that flies phases."""
+        """Return the scenario with phases."""
         about = {"phases": [_table(phase) for phase in phases], "name": f"plan-{self.name}", "summary": summary}
         return _validated(as_dict(self.base) | about)
 
     def error(self, information: Array) -> float:
-        """The goal's, by information (k, k); infinite where that does not tell it."""
+        """Return the goal's error from information (k, k), infinite if unobservable."""
         covariance = inverse(information)
         return np.inf if covariance is None else float(np.sqrt(np.sum(self.wanted * (covariance @ self.wanted))))
 
     def error_with(self, told: Array) -> float:
-        """The goal's, by information (k, k) beside what is known before."""
+        """Return the goal's error from information (k, k) and the information from before."""
         return self.error(told if self.before is None else told + self.before)
 
     @property
     def error_before(self) -> float:
-        """The goal's, by what is known before anything is flown."""
+        """Return the goal's error before the flight."""
         return np.inf if self.before is None else self.error(self.before)
 
     def flown_by(self, manoeuvre: Manoeuvre) -> PlanningTask:
-        """The same, flown another way."""
+        """Return the task with another manoeuvre."""
         return replace(self, manoeuvre=manoeuvre)
 
     def going_on(self, information: Array, yaw_deg: float) -> PlanningTask:
-        """The same with information that there is already, beginning on a heading."""
+        """Return the task with earlier information and an initial heading."""
         return replace(self, before=information, manoeuvre=replace(self.manoeuvre, yaw_deg=yaw_deg))
 
     def after(self, known: Experiment) -> PlanningTask:
-        """The same for the field, sensor and noise of a recording, with what it tells; the gyro's noise is as before.
+        """Return the task after a recording, with field, sensor, noise and information of the recording.
 
-        Raises InputError where its field's direction is not known.
+        The gyro's noise remains. Raises InputError if the direction of the field is unknown.
         """
         if known.field_enu_nT is None:
             do = "give --field-enu-nT E,N,U"
@@ -182,22 +182,22 @@ class PlanningTask:
 
 
 def _heading_deg(base: Scenario) -> float:
-    """Yaw of the vehicle at the start."""
+    """Return the yaw of the vehicle at the start in degrees."""
     first = next(iter(true_motion(plan(base)))).kinematics.q[:1]
     return round(float(np.degrees(np.arctan2(*matrix_from_q(first)[0, [1, 0], 0]))), 3)
 
 
 def _allowed(vehicle: str, manoeuvre: Manoeuvre, tilts: Tilts | None) -> Tilts:
-    """The tilts asked for, else the vehicle's; InputError for more than it can show."""
+    """Return the given tilts, or the vehicle's; InputError for more than the vehicle can perform."""
     asked = tilts or Tilts(*VEHICLES[vehicle].tilts_deg)
     if max(asked.roll_deg, asked.pitch_deg) > manoeuvre.most_deg:
-        what = f"{VEHICLES[vehicle].noun} shows at most {manoeuvre.most_deg:g} degrees"
-        raise InputError(what, where="--tilt-limits", do="give narrower ones")
+        what = f"{VEHICLES[vehicle].noun} tilts by at most {manoeuvre.most_deg:g} degrees"
+        raise InputError(what, where="--tilt-limits", do="give smaller tilts")
     return asked
 
 
 def based(vehicle: str, like: Scenario, phases: Sequence[PhaseBase], calibrator: str) -> Scenario:
-    """A scenario with a vehicle and phases, and all else of another; its vehicle too, where it is of the same kind."""
+    """Return a scenario with a new vehicle and phases; a vehicle of equal kind is kept with all settings."""
     said = as_dict(like)
     table = said["vehicle"] if said["vehicle"]["kind"] == vehicle else {"kind": vehicle}
     vary = {key: how for key, how in said.get("vary", {}).items() if key.split(".")[0] not in ("phases", "vehicle")}
@@ -206,7 +206,7 @@ def based(vehicle: str, like: Scenario, phases: Sequence[PhaseBase], calibrator:
 
 
 def _resting(base: Scenario) -> Scenario:
-    """The base long enough to see the sensor's noise."""
+    """Return the base, long enough to measure the sensor's noise."""
     phase = base.phases[0]
     return _validated(as_dict(base) | {"phases": [_table(phase)] * ceil(PROBE_S / phase.duration_s)})
 

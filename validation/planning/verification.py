@@ -1,4 +1,4 @@
-"""A planned motion flown many times: does a calibrator find what was predicted?"""
+"""Verification of a plan: a calibrator's error over many simulated flights."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from validation.scoring.definitions import SCORE_DEFINITIONS
 
 @dataclass(frozen=True)
 class Confirmed:
-    """Rms error of the goal over so many trials by a calibrator, and how many of them it failed in."""
+    """Rms error of the goal over trials of a calibrator, and the number of failures."""
 
     calibrator: str
     error: float
@@ -25,9 +25,9 @@ class Confirmed:
 
 
 def confirmed(scenario: Scenario, goal: Goal, trials: int, engine: Engine) -> Confirmed:
-    """Fly the scenario with noise of its own each time; its one calibrator estimates.
+    """Simulate the scenario with new noise for each trial, and run the scenario's calibrator.
 
-    Raises InputError where the vehicle cannot do the motion.
+    Raises InputError if the vehicle cannot perform the motion.
     """
     (name,) = scenario.calibrators
     design = Design.of(scenario, select_calibrators([name]))

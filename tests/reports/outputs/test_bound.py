@@ -20,4 +20,4 @@ def test_a_page_and_the_numbers(tmp_path: Path) -> None:
     assert [point["value"] for point in told["points"]] == [0, 20, 40]
     text = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert figures(text) == 2
-    assert "The offset is told best at phases.0.pitch_amplitude_deg = 40" in text
+    assert "The offset error is least at phases.0.pitch_amplitude_deg = 40" in text

@@ -12,7 +12,7 @@ from sim.scenario import load
 from validation.bound.limit import Tilts
 from validation.bound.query import BoundQuery, WhatIf
 from validation.bound.summary import (
-    NOT_TOLD,
+    NOT_OBSERVABLE,
     headline,
     summary,
     what_if_headline,
@@ -38,7 +38,7 @@ def test_each_value_has_a_row(found: WhatIf) -> None:
     rows = what_if_rows(found)
     assert [row[0] for row in rows] == ["5", "45"]
     assert {len(row) for row in rows} == {len(what_if_heads(found))}
-    assert "told best at phases.0.pitch_amplitude_deg = 45" in what_if_headline(found)
+    assert "error is least at phases.0.pitch_amplitude_deg = 45" in what_if_headline(found)
 
 
 def test_as_json(found: WhatIf) -> None:
@@ -69,5 +69,5 @@ def test_what_is_not_told_is_said_so() -> None:
     scenario = load("turntable-twelve-stops")
     found = WhatIf.of(BoundQuery(), scenario, parse_sweep("dwell_s=5,10", scenario))
     assert all(np.isinf(one.bound.offset_rms_nT) for one in found.answers)
-    assert all(NOT_TOLD in row for row in what_if_rows(found))
-    assert "at none of these values" in what_if_headline(found)
+    assert all(NOT_OBSERVABLE in row for row in what_if_rows(found))
+    assert "cannot be determined at any of these values" in what_if_headline(found)

@@ -39,7 +39,9 @@ def test_the_remedy_holds() -> None:
     """What is said of rolling for a third of the time, then pitching, is what flying it so gives."""
     known = of_motion("auv")
     (weak,) = weak_directions(known, Bound.of(known, "norm"))
-    found = re.fullmatch(r"the same with the body rolled by (\d+) .*becomes the offset's ([\d.]+) nT", weak.remedy)
+    found = re.fullmatch(
+        r"the same motion with the body rolled by (\d+) .*becomes the offset's ([\d.]+) nT", weak.remedy
+    )
     assert found is not None, weak.remedy
     level = standard.attitude("auv", of_motion("auv", 1200).step_s.cumsum())
     parts = [Rotation.identity(), *(Rotation.from_euler(axis, -float(found[1]), degrees=True) for axis in "xy")]

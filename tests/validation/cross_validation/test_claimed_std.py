@@ -49,7 +49,7 @@ def test_the_scatter_is_that_of_refits_of_the_legs_alone(made: Made) -> None:
     jackknife = (legs.count - 1) * offsets.var(axis=0) / np.diag(fit.offset_covariance_nT2)
     assert found.ratio == pytest.approx(float(np.sqrt(jackknife.mean())), rel=0.25)
     assert found.ratio > found.limit
-    assert "take the claim times" in found.sentence
+    assert "multiply the claim by" in found.sentence
 
 
 def test_a_sphere_in_soft_iron_is_told_to_lack_something(made: Made) -> None:

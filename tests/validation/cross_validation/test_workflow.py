@@ -113,8 +113,8 @@ def test_the_answer_in_words_and_as_json(made: Made) -> None:
     told = summary(found)
     assert told["comparisons"][0]["verdict"] == "worth_it"
     assert told["comparisons"][0]["low_nT"] < told["comparisons"][0]["better_nT"] < told["comparisons"][0]["high_nT"]
-    assert "The ellipsoid predicts unseen legs" in headline(found)
-    assert headline(found).splitlines()[0].endswith("worth it.")
+    assert "The ellipsoid predicts held-out legs" in headline(found)
+    assert headline(found).splitlines()[0].endswith("use the ellipsoid.")
 
 
 def test_an_ellipsoid_that_the_motion_does_not_tell_is_not_recommended(made: Made) -> None:
@@ -126,7 +126,7 @@ def test_an_ellipsoid_that_the_motion_does_not_tell_is_not_recommended(made: Mad
     found = first(worth(replace(recording, mag_nT=mag), STRENGTH))
     assert found.pairs[0].verdict != "worth_it"
     assert found.keep == ""
-    assert "Take none of them: this motion does not tell the offset." in headline(found)
+    assert "Use none of these models: this motion does not determine the offset." in headline(found)
 
 
 @pytest.mark.parametrize("attitude", [False, True])

@@ -72,7 +72,7 @@ def test_after_a_good_recording_nothing_pays(tmp_path: Path) -> None:
     found = onward(PlanningTask.of("auv", load("standard-full"), "vector", noise_std_nT=10.0).after(known), 120.0)
     assert found.legs == ()
     assert found.idle is not None
-    assert "no longer pays" in headline(found)
+    assert "a further leg does not pay" in headline(found)
     assert write_plan(found, tmp_path / "out")["scenario"] is None
 
 
