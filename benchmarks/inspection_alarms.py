@@ -30,7 +30,7 @@ def alarms(seed: int) -> set[str]:
     mag_nT = FIELD_NT + noise_nT
     if step_nT:
         mag_nT = step_nT * np.round(mag_nT / step_nT)
-    time_s = INTERVAL_S * np.arange(SAMPLES)
+    time_s = INTERVAL_S * np.arange(SAMPLES, dtype=np.float64)
     lattices = tuple(find_lattice(axis) for axis in mag_nT.T)
     means = block_means(time_s, noise_nT)
     found = {

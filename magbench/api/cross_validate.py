@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from magbench.api.inputs import Data, in_keywords, recording_from, reference_from
 
 if TYPE_CHECKING:
-    from validation.cross_validation.workflow import Worth
+    from validation.cross_validation.workflow import CrossValidation
 
 
 @in_keywords()
@@ -19,12 +19,12 @@ def worth(
     field_enu_nT: Sequence[float] | None = None,
     maps: Sequence[str] = (),
     run: int = 0,
-) -> tuple[Worth, ...]:
+) -> tuple[CrossValidation, ...]:
     """Whether soft iron, eddy currents and a temperature predict unseen legs better; of each sensor.
 
     Data and reference as in `calibrate`.
     """
-    from validation.cross_validation.workflow import worth as cross_validated
+    from validation.cross_validation.workflow import cross_validate
 
     recording = recording_from(data, maps=maps, run=run)
-    return cross_validated(recording, reference_from(data, run, field_strength_nT, field_enu_nT))
+    return cross_validate(recording, reference_from(data, run, field_strength_nT, field_enu_nT))

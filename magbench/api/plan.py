@@ -77,9 +77,9 @@ def _after(
     field_enu_nT: Sequence[float] | None,
 ) -> Plan | LegSequence:
     from validation.bound.files import experiment_of
-    from validation.planning.next_leg import onward
+    from validation.planning.next_leg import next_legs
 
     reference = reference_from(after, 0, None, field_enu_nT)
     where = str(after) if isinstance(after, str | PathLike) else "recording"
     known = experiment_of(recording_from(after, maps=maps), reference, noise_std_nT, where)
-    return onward(task.after(known), most_s, size)
+    return next_legs(task.after(known), most_s, size)

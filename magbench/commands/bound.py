@@ -122,13 +122,13 @@ def _of_scenario(source: str, known: dict[str, Any], what_if: str | None, out: P
 
 def _show(found: BoundResult, json: bool) -> None:
     from magbench.console import emit, say, show_table
-    from validation.bound.summary import rows, summary, use_rows
+    from validation.bound.summary import rows, score_rows, summary
 
     if json:
         emit(summary(found))
     else:
         show_table("", ["axis", "offset, nT", "S x", "S y", "S z"], rows(found))
-        show_table("", ["at least", "error", "of what"], use_rows(found.used), numbers=False)
+        show_table("", ["at least", "error", "of what"], score_rows(found.used), numbers=False)
     say(repr(found))
 
 

@@ -14,7 +14,7 @@ from validation.calibrating.processes import TIME_LIMIT_S
 
 if TYPE_CHECKING:
     from magbench.api.results import Calibrations
-    from validation.cross_validation.workflow import Worth
+    from validation.cross_validation.workflow import CrossValidation
 
 USUAL = ("sphere", "ellipsoid")
 """The calibrators where none is named."""
@@ -73,7 +73,7 @@ def calibrate(
     end_with(not_applicable(found) if named else [])
 
 
-def _show(found: Calibrations, gains: Sequence[Worth] | None, json: bool) -> None:
+def _show(found: Calibrations, gains: Sequence[CrossValidation] | None, json: bool) -> None:
     """The calibrations, the claims that the legs contradict, and where asked the cross-validation."""
     from calib import to_dict
     from magbench.console import emit, show_text

@@ -24,7 +24,7 @@ from sim.dataset_writer import write_runs
 from sim.effects.base import Effect
 from sim.scenario import Scenario
 from validation.bound.files import true_experiment
-from validation.bound.ratio import Leasts, bound_ratio, knowledge_of, least_of
+from validation.bound.ratio import LeastErrors, bound_ratio, knowledge_of, least_errors
 from validation.bound.sensor_noise import stated_colour, stated_noise_nT
 from validation.calibrating.calibration_file import write_calibrations
 from validation.calibrating.calibrator_entry import CalibratorEntry
@@ -164,7 +164,7 @@ def _row(one: Score, least: float) -> dict[str, Any]:
     return {"score": one.name, **plain, "bound_ratio": bound_ratio(np.array([one.value]), np.array([least]))}
 
 
-def _least(outcome: Outcome, knowledges: set[str]) -> Leasts:
+def _least(outcome: Outcome, knowledges: set[str]) -> LeastErrors:
     """Return the bound on the scores of a run; empty for arrays, without noise or without known chain."""
     if outcome.sensors > 1 or not knowledges or "effect_order" not in outcome.truth.parameters:
         return {}
@@ -172,7 +172,7 @@ def _least(outcome: Outcome, knowledges: set[str]) -> Leasts:
     enu_nT, name = np.array(truth.parameters["field_enu_nT"]), outcome.scenario.name
     try:
         known = true_experiment(outcome.recording, truth, effects, enu_nT, name, stated_noise_nT(effects))
-        return least_of(replace(known, colour=stated_colour(effects)), knowledges)
+        return least_errors(replace(known, colour=stated_colour(effects)), knowledges)
     except InputError:
         return {}
 

@@ -37,7 +37,7 @@ class Bound:
         information = KNOWLEDGE[knowledge](known)
         if strength_known:
             return cls(knowledge, known.strength_nT, information)
-        if information.tells_rotation:
+        if information.includes_rotation:
             what = "a known field vector has a known strength"
             raise InputError(what, where="--strength-unknown", do="ask with --knowledge norm or norm+gyro")
         return cls(knowledge, known.strength_nT, information, _fixed_trace(known.matrix, information))
@@ -49,19 +49,19 @@ class Bound:
 
     def variance(self, figures: Array) -> Array:
         """Return the variance (n,) of figures G p, G (n, k) per nT; infinite for unobservable figures."""
-        told, untold = self._split
+        observed, unobserved = self._split
         finite = np.asarray(np.isfinite(figures).all(axis=1))
-        felt = np.where(finite[:, None], figures, 0.0)
-        felt = felt if self.scale is None else felt @ self.scale
-        share = felt / self._size
-        lost = np.sum((share @ untold) ** 2, axis=1) > INVOLVED * np.sum(share**2, axis=1)
-        return np.where(lost | ~finite, np.inf, np.einsum("ni,ij,nj->n", felt, told, felt, optimize=True))
+        criterion = np.where(finite[:, None], figures, 0.0)
+        criterion = criterion if self.scale is None else criterion @ self.scale
+        share = criterion / self._size
+        lost = np.sum((share @ unobserved) ** 2, axis=1) > INVOLVED * np.sum(share**2, axis=1)
+        return np.where(lost | ~finite, np.inf, np.einsum("ni,ij,nj->n", criterion, observed, criterion, optimize=True))
 
     @cached_property
     def covariance(self) -> Array:
         """Return the covariance (k, k) in nT^2, with infinite variance of unobservable parameters."""
-        told, each = self._split[0], np.eye(len(self.information.matrix))
-        covariance = told if self.scale is None else self.scale @ told @ self.scale.T
+        observed, each = self._split[0], np.eye(len(self.information.matrix))
+        covariance = observed if self.scale is None else self.scale @ observed @ self.scale.T
         return np.asarray(covariance - np.diag(np.diag(covariance)) + np.diag(self.variance(each)))
 
     @property
@@ -87,9 +87,9 @@ class Bound:
         """Return the covariance (k, k) of the observable part, and unobservable scaled directions (k, m)."""
         units = np.outer(self._size, self._size)
         values, vectors = np.linalg.eigh(self.information.matrix / units)
-        told = values > SINGULAR * values[-1]
-        covariance = (vectors[:, told] / values[told]) @ vectors[:, told].T / units
-        return np.asarray(covariance), np.asarray(vectors[:, ~told])
+        observed = values > SINGULAR * values[-1]
+        covariance = (vectors[:, observed] / values[observed]) @ vectors[:, observed].T / units
+        return np.asarray(covariance), np.asarray(vectors[:, ~observed])
 
     @property
     def _size(self) -> Array:

@@ -49,7 +49,7 @@ class Information:
         return (*OFFSET, *(f"S_{AXES[i]}{AXES[j]}" for i, j in self.places))
 
     @property
-    def tells_rotation(self) -> bool:
+    def includes_rotation(self) -> bool:
         """Return whether the rotation of S is estimated, which the field's strength does not determine."""
         return self.places == FULL
 
@@ -118,9 +118,9 @@ def vector_and_eddy(known: Experiment) -> Information:
     )
     apart = np.roll(square, len(FULL), axis=(0, 1))
     values, axes = np.linalg.eigh(without_last(apart, 3 + len(FULL)))
-    told = values > SINGULAR * values[-1]
-    variance = np.sum(axes[:, told] ** 2 / values[told], axis=1)
-    lost = np.sum(axes[:, ~told] ** 2, axis=1) > INVOLVED
+    observed = values > SINGULAR * values[-1]
+    variance = np.sum(axes[:, observed] ** 2 / values[observed], axis=1)
+    lost = np.sum(axes[:, ~observed] ** 2, axis=1) > INVOLVED
     std = np.sqrt(np.where(lost, np.inf, variance)) / size
     left = _cleared(without_last(square, len(FULL)), np.sqrt(np.diag(square)[: 3 + len(FULL)]))
     return Information(left, FULL, std.reshape(3, 3))

@@ -138,7 +138,7 @@ def optimal(rows: Array, wanted: Array, before: Array | None = None) -> tuple[fl
     """
     weights, variance, gap = np.full(len(rows), 1.0 / len(rows)), np.inf, 0.0
     for _ in range(MOST_ROUNDS // BETWEEN):
-        variance, slope = felt(rows, weights, wanted, before)
+        variance, slope = criterion(rows, weights, wanted, before)
         if not np.isfinite(variance):
             return np.inf, 0.0, weights
         gap = max(1.0 - float(np.sqrt(variance / (variance + slope.max() - weights @ slope))), 0.0)
@@ -155,7 +155,7 @@ def _settled(rows: Array, weights: Array, wanted: Array, before: Array | None) -
     """Return weights after BETWEEN rounds over the given candidates."""
     total = weights.sum()
     for _ in range(BETWEEN):
-        weights = total * _moved(weights, felt(rows, weights, wanted, before)[1])
+        weights = total * _moved(weights, criterion(rows, weights, wanted, before)[1])
     return weights
 
 
@@ -164,15 +164,15 @@ def _moved(weights: Array, slope: Array) -> Array:
     return np.asarray(moved / moved.sum())
 
 
-def felt(rows: Array, weights: Array, wanted: Array, before: Array | None) -> tuple[float, Array]:
+def criterion(rows: Array, weights: Array, wanted: Array, before: Array | None) -> tuple[float, Array]:
     """Return f and d_k (m,) of weights; infinity and ones for singular M."""
     spread = (rows * weights[:, None, None]).reshape(-1, rows.shape[2])
-    told = spread.T @ rows.reshape(-1, rows.shape[2])
-    covariance = inverse(told if before is None else before + told)
+    information = spread.T @ rows.reshape(-1, rows.shape[2])
+    covariance = inverse(information if before is None else before + information)
     if covariance is None:
         return np.inf, np.ones(len(rows))
-    felt = covariance @ wanted
-    return float(np.sum(wanted * felt)), np.asarray(np.sum((rows @ felt) ** 2, axis=(1, 2)))
+    sensitivity = covariance @ wanted
+    return float(np.sum(wanted * sensitivity)), np.asarray(np.sum((rows @ sensitivity) ** 2, axis=(1, 2)))
 
 
 def inverse(information: Array) -> Array | None:

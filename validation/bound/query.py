@@ -11,7 +11,7 @@ from validation.bound.bound import Bound
 from validation.bound.experiment import Experiment
 from validation.bound.files import scenario_experiment
 from validation.bound.limit import Limit, Tilts, limit
-from validation.bound.score_bounds import Use, uses
+from validation.bound.score_bounds import ScoreBound, score_bounds
 from validation.bound.unobservable import Weak, weak_directions
 
 OPTION = "--what-if"
@@ -23,7 +23,7 @@ class BoundAnswer:
 
     known: Experiment
     bound: Bound
-    used: tuple[Use, ...]
+    used: tuple[ScoreBound, ...]
     weak: tuple[Weak, ...]
     limit: Limit | None = None
 
@@ -53,7 +53,7 @@ class BoundQuery:
         known = replace(known, gyro_scale_std=self.gyro_scale_std)
         bound = Bound.of(known, self.knowledge, strength_known=self.strength_known)
         least = None if self.tilts is None else limit(known, self.knowledge, self.tilts)
-        return BoundAnswer(known, bound, uses(known, bound), weak_directions(known, bound), least)
+        return BoundAnswer(known, bound, score_bounds(known, bound), weak_directions(known, bound), least)
 
     def of_scenario(self, scenario: Scenario) -> BoundAnswer:
         """Return the answer for a simulated run; InputError if the vehicle cannot perform the motion."""

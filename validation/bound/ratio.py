@@ -16,13 +16,13 @@ from validation.bound.experiment import Experiment
 from validation.bound.files import run_experiment
 from validation.bound.information import directed
 from validation.bound.knowledge import COLOURED
-from validation.bound.score_bounds import uses
+from validation.bound.score_bounds import score_bounds
 from validation.bound.sensor_noise import stated_noise_nT
 from validation.scoring.definitions import SCORE_DEFINITIONS
 
 OTHER_SENSORS = {"scalar", "array"}
 """Needs of calibrators with more sensors than a magnetometer, without a bound."""
-Leasts = dict[tuple[str, str], float]
+LeastErrors = dict[tuple[str, str], float]
 """Least rms of scores, by knowledge of the field and column of the score."""
 
 
@@ -38,7 +38,7 @@ def knowledge_of(name: str, needs: Collection[str], *, attitude_free: bool, eddy
     return "+".join(["norm", *(one for one in ("gyro", "accel") if one in needs and "gyro" in needs)])
 
 
-def least_in(run: PreparedRun, knowledges: set[str], flights: MotionCache | None = None) -> Leasts:
+def least_errors_in(run: PreparedRun, knowledges: set[str], flights: MotionCache | None = None) -> LeastErrors:
     """Return the least rms of scores over trials of a run with the stated noise; flights : cache of motions.
 
     Empty without a bound: no noise, or a vehicle that cannot perform the motion.
@@ -46,31 +46,31 @@ def least_in(run: PreparedRun, knowledges: set[str], flights: MotionCache | None
     try:
         motions = None if flights is None else flights.motions(run)
         noise = stated_noise_nT(run.effects[0])
-        return least_of(run_experiment(run, noise, coloured=True, motions=motions), knowledges)
+        return least_errors(run_experiment(run, noise, coloured=True, motions=motions), knowledges)
     except InputError:
         return {}
 
 
-def least_of(known: Experiment, knowledges: set[str]) -> Leasts:
+def least_errors(known: Experiment, knowledges: set[str]) -> LeastErrors:
     """Return the least rms of scores of an experiment.
 
     No bound covers a gyro together with coloured noise: the larger of two lower bounds is taken, for white noise alone
     and for known directions.
     """
-    found: Leasts = {}
+    found: LeastErrors = {}
     for knowledge in sorted(knowledges):
         if known.colour is None or knowledge in COLOURED:
-            found |= _leasts(known, Bound.of(known, knowledge))
+            found |= _errors_of(known, Bound.of(known, knowledge))
             continue
-        white = _leasts(known, Bound.of(replace(known, colour=None), knowledge))
-        lasting = _leasts(known, Bound(knowledge, known.strength_nT, directed(known)))
+        white = _errors_of(known, Bound.of(replace(known, colour=None), knowledge))
+        lasting = _errors_of(known, Bound(knowledge, known.strength_nT, directed(known)))
         found |= {key: max(value, lasting[key]) for key, value in white.items()}
     return found
 
 
-def _leasts(known: Experiment, bound: Bound) -> Leasts:
+def _errors_of(known: Experiment, bound: Bound) -> LeastErrors:
     least = {(bound.knowledge, SCORE_DEFINITIONS["offset_error"].column): bound.offset_rms_nT}
-    return least | {(bound.knowledge, one.meaning.column): one.value for one in uses(known, bound)}
+    return least | {(bound.knowledge, one.meaning.column): one.value for one in score_bounds(known, bound)}
 
 
 def bound_ratio(values: Array, least: Array) -> float | None:

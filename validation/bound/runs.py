@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from sim.motion_cache import MotionCache, run_key
 from sim.scenario import Scenario
 from sim.simulation import plan
-from validation.bound.ratio import Leasts, least_in
+from validation.bound.ratio import LeastErrors, least_errors_in
 
 
 @dataclass(frozen=True)
@@ -22,14 +22,14 @@ class RunBounds:
     seed: int
     knowledges: frozenset[str]
     _flights: MotionCache = field(default_factory=MotionCache, repr=False, compare=False)
-    _found: dict[str, Leasts] = field(default_factory=dict, repr=False, compare=False)
+    _found: dict[str, LeastErrors] = field(default_factory=dict, repr=False, compare=False)
 
-    def of(self, run: int) -> Leasts:
+    def of(self, run: int) -> LeastErrors:
         """Return the bounds of a run; empty without noise, and if the vehicle cannot perform the motion."""
         if not self.knowledges:
             return {}
         ready = plan(self.scenario, run, self.seed)
         key = run_key(ready)
         if key not in self._found:
-            self._found[key] = least_in(ready, set(self.knowledges), self._flights)
+            self._found[key] = least_errors_in(ready, set(self.knowledges), self._flights)
         return self._found[key]

@@ -31,14 +31,14 @@ DRAWS = 400
 
 
 @dataclass(frozen=True)
-class Use:
+class ScoreBound:
     """Score, and the least value of any method on average over recordings; infinite if unobservable."""
 
     meaning: ScoreDefinition
     value: float
 
 
-def uses(known: Experiment, bound: Bound) -> tuple[Use, ...]:
+def score_bounds(known: Experiment, bound: Bound) -> tuple[ScoreBound, ...]:
     """Return bounds of the strength over all attitudes, and for a known field vector of heading, anomaly, merit.
 
     dh = -S^-1 (db + dS h), the error of the corrected field on the hold-out of `validation.scoring`. Without the
@@ -46,10 +46,11 @@ def uses(known: Experiment, bound: Bound) -> tuple[Use, ...]:
     """
     names = [STRENGTH] if known.field_enu_nT is None else list(ROWS)
     found = [
-        Use(SCORE_DEFINITIONS[name], _rms(bound.variance(rows_of(name, known, bound.knowledge)))) for name in names
+        ScoreBound(SCORE_DEFINITIONS[name], _rms(bound.variance(rows_of(name, known, bound.knowledge))))
+        for name in names
     ]
     if known.field_enu_nT is not None:
-        found.append(Use(SCORE_DEFINITIONS["figure_of_merit"], _figure_of_merit(known, bound)))
+        found.append(ScoreBound(SCORE_DEFINITIONS["figure_of_merit"], _figure_of_merit(known, bound)))
     return tuple(found)
 
 

@@ -11,7 +11,7 @@ from scipy.optimize import linprog
 from scenarios.arrays import Array
 from validation.bound.experiment import Experiment
 from validation.bound.goal import OFFSET, Goal
-from validation.bound.limit import Limit, Tilts, candidates, felt, optimal
+from validation.bound.limit import Limit, Tilts, candidates, criterion, optimal
 
 Places = NDArray[np.int64]
 GAP = 3e-3
@@ -58,7 +58,7 @@ def balanced(
     for _ in range(MOST_ROUNDS):
         mix = optimal(mixtures.rows(rows), wanted, before)[2]
         weights = mixtures.weights(mix, len(rows))
-        variance, slope = felt(rows, weights, wanted, before)
+        variance, slope = criterion(rows, weights, wanted, before)
         if not np.isfinite(variance):
             return np.inf, 0.0, weights
         best = _most(slope, moments)

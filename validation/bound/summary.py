@@ -11,7 +11,7 @@ from validation.bound.colour import Colour
 from validation.bound.information import AXES
 from validation.bound.limit import Limit
 from validation.bound.query import BoundAnswer, WhatIf
-from validation.bound.score_bounds import Use
+from validation.bound.score_bounds import ScoreBound
 from validation.bound.unobservable import observable
 from validation.text import figure, listed, quantity, short, symbol
 
@@ -22,7 +22,7 @@ NOT_OBSERVABLE = "unobservable"
 
 def summary(found: BoundAnswer) -> dict[str, Any]:
     """Return the JSON of `--json`, with null for unobservable figures."""
-    told = {
+    plain = {
         "knowledge": found.bound.knowledge,
         "noise_std_nT": found.known.noise_std_nT,
         "samples": len(found.known.field_nT),
@@ -36,7 +36,7 @@ def summary(found: BoundAnswer) -> dict[str, Any]:
         "unobservable": [asdict(one) for one in found.weak],
         **({} if found.limit is None else {"limit": limit_summary(found.limit)}),
     }
-    return json_ready(told)  # type: ignore[no-any-return]
+    return json_ready(plain)  # type: ignore[no-any-return]
 
 
 def limit_summary(least: Limit) -> dict[str, Any]:
@@ -53,13 +53,13 @@ def what_if_summary(found: WhatIf) -> dict[str, Any]:
 def headline(found: BoundAnswer) -> str:
     """Return the bound in a sentence, and for each weak direction the parameters, the cause and a remedy."""
     size = found.bound.offset_rms_nT
-    told = (
+    least = (
         f"no method can find the offset better than to {figure(size)} nT rms"
         if isfinite(size)
         else "no method can find the whole offset"
     )
     samples, noise = len(found.known.field_nT), figure(found.known.noise_std_nT)
-    lines = [f"{told} from {samples:,} samples with {noise} nT of white noise{_beside(found.known.colour)}"]
+    lines = [f"{least} from {samples:,} samples with {noise} nT of white noise{_beside(found.known.colour)}"]
     lines += [f"cannot be separated: {one.what}; {one.why}" for one in found.weak]
     lines += list(dict.fromkeys(one.remedy for one in found.weak))
     lines += [] if found.limit is None else [_limit(found.limit, size)]
@@ -80,21 +80,21 @@ def _limit(least: Limit, size: float) -> str:
     within = f"within a roll of {least.tilts.roll_deg:g} and a pitch of {least.tilts.pitch_deg:g} degrees"
     if not isfinite(least.value):
         return f"{within} no motion determines the offset"
-    told = f"{within} no motion of as many samples can do better than {figure(least.value)} nT rms"
+    best = f"{within} no motion of as many samples can do better than {figure(least.value)} nT rms"
     gap = f"duality gap {figure(100 * least.gap, 2)} %"
     times = f"; this one allows {figure(size / least.value)} times that" if isfinite(size) else ""
-    return f"{told} ({gap}){times}"
+    return f"{best} ({gap}){times}"
 
 
 def rows(found: BoundAnswer) -> list[Row]:
     """Return a row for each axis: standard deviations of offset and matrix row."""
-    told = zip(AXES, found.bound.offset_std_nT, found.bound.matrix_std, strict=True)
-    return [(axis, figure(offset), *(f"{value:.3g}" for value in matrix)) for axis, offset, matrix in told]
+    axes = zip(AXES, found.bound.offset_std_nT, found.bound.matrix_std, strict=True)
+    return [(axis, figure(offset), *(f"{value:.3g}" for value in matrix)) for axis, offset, matrix in axes]
 
 
-def use_rows(used: tuple[Use, ...]) -> list[Row]:
+def score_rows(used: tuple[ScoreBound, ...]) -> list[Row]:
     """Return a row for each score: name, bound and explanation."""
-    return [(one.meaning.short, _told(one.value, one.meaning.unit), one.meaning.explained) for one in used]
+    return [(one.meaning.short, _figure(one.value, one.meaning.unit), one.meaning.explained) for one in used]
 
 
 def what_if_heads(found: WhatIf) -> Row:
@@ -108,9 +108,9 @@ def what_if_rows(found: WhatIf) -> list[Row]:
     return [
         (
             short(value),
-            *(_told(std) for std in one.bound.offset_std_nT),
-            _told(one.bound.offset_rms_nT),
-            *(_told(use.value) for use in one.used),
+            *(_figure(std) for std in one.bound.offset_std_nT),
+            _figure(one.bound.offset_rms_nT),
+            *(_figure(use.value) for use in one.used),
             str(len(one.weak)),
         )
         for value, one in zip(found.values, found.answers, strict=True)
@@ -123,9 +123,9 @@ def what_if_headline(found: WhatIf) -> str:
     best, worst = min(sizes, key=sizes.__getitem__), max(sizes, key=sizes.__getitem__)
     if not isfinite(sizes[best]):
         return f"the offset cannot be determined at any of these values of {found.key}"
-    other = f"at {worst} {_told(sizes[worst], 'nT')}"
-    return f"the offset error is least at {found.key} = {best}: {_told(sizes[best], 'nT')} rms; {other}"
+    other = f"at {worst} {_figure(sizes[worst], 'nT')}"
+    return f"the offset error is least at {found.key} = {best}: {_figure(sizes[best], 'nT')} rms; {other}"
 
 
-def _told(value: float, unit: str = "") -> str:
+def _figure(value: float, unit: str = "") -> str:
     return quantity(value, unit) if isfinite(value) else NOT_OBSERVABLE

@@ -36,7 +36,7 @@ class Weak:
 def weak_directions(known: Experiment, bound: Bound) -> tuple[Weak, ...]:
     """Return directions with a standard deviation above MAX_STD_FRACTION of the field, weakest first."""
     values, vectors = np.linalg.eigh(bound.information.matrix)
-    found = [vector for value, vector in zip(values, vectors.T, strict=True) if not _told(value, known)]
+    found = [vector for value, vector in zip(values, vectors.T, strict=True) if not _determined(value, known)]
     if not found:
         return ()
     remedy = _remedy(known, bound)
@@ -45,10 +45,10 @@ def weak_directions(known: Experiment, bound: Bound) -> tuple[Weak, ...]:
 
 def observable(known: Experiment, bound: Bound) -> bool:
     """Return whether the standard deviation of every direction is below MAX_STD_FRACTION of the field."""
-    return _told(float(np.linalg.eigvalsh(bound.information.matrix)[0]), known)
+    return _determined(float(np.linalg.eigvalsh(bound.information.matrix)[0]), known)
 
 
-def _told(information: float, known: Experiment) -> bool:
+def _determined(information: float, known: Experiment) -> bool:
     return information * (MAX_STD_FRACTION * known.strength_nT) ** 2 >= 1.0
 
 

@@ -12,8 +12,8 @@ from calib.numerics.rates import body_rate
 from recordings import Recording
 from scenarios.arrays import Array
 from validation.cross_validation.legs import LegPartition
-from validation.cross_validation.models import Model, with_eddy, with_warmth
-from validation.cross_validation.paired_legs import ModelPair, Unseen
+from validation.cross_validation.models import Model, with_eddy, with_temperature
+from validation.cross_validation.paired_legs import HeldOutErrors, ModelPair
 
 Add = Callable[[Model], Model]
 SURROGATES = 39
@@ -24,29 +24,29 @@ VARIES_DEGC = 1e-6
 
 
 @dataclass(frozen=True)
-class Extra:
+class Extension:
     """Extension of a model, with surrogate extensions that must all gain less."""
 
     add: Add
     rivals: tuple[Add, ...] = ()
 
-    def pair(self, base: Unseen, legs: LegPartition, strength_nT: float) -> ModelPair:
+    def pair(self, base: HeldOutErrors, legs: LegPartition, strength_nT: float) -> ModelPair:
         """Return the pair of models without and with the extension, on equal legs."""
-        found = ModelPair(base, Unseen.of(self.add(base.model), legs, strength_nT))
+        found = ModelPair(base, HeldOutErrors.of(self.add(base.model), legs, strength_nT))
         if found.verdict != "worth_it":
             return found
-        others = (Unseen.of(rival(base.model), legs, strength_nT) for rival in self.rivals)
+        others = (HeldOutErrors.of(rival(base.model), legs, strength_nT) for rival in self.rivals)
         same = any(one.typical_nT <= found.richer.typical_nT for one in others)
         return ModelPair(base, found.richer, DRIFT if same else "")
 
 
-def extras(recording: Recording) -> tuple[Extra, ...]:
+def extensions(recording: Recording) -> tuple[Extension, ...]:
     """Return eddy currents for a known body rate, and an offset by temperature for a recorded temperature."""
-    rate_rad_s, warmth = body_rate(recording), recording.temperature_degC
-    found = [] if rate_rad_s is None else [Extra(partial(with_eddy, rate_rad_s=rate_rad_s))]
-    if warmth is not None and warmth.std() > VARIES_DEGC:
-        rivals = tuple(partial(with_warmth, warmth=other) for other in surrogates(warmth))
-        found.append(Extra(partial(with_warmth, warmth=warmth), rivals))
+    rate_rad_s, temperature_degC = body_rate(recording), recording.temperature_degC
+    found = [] if rate_rad_s is None else [Extension(partial(with_eddy, rate_rad_s=rate_rad_s))]
+    if temperature_degC is not None and temperature_degC.std() > VARIES_DEGC:
+        rivals = tuple(partial(with_temperature, temperature_degC=other) for other in surrogates(temperature_degC))
+        found.append(Extension(partial(with_temperature, temperature_degC=temperature_degC), rivals))
     return tuple(found)
 
 

@@ -29,7 +29,7 @@ STEPS, SETTLED = 30, 1e-5
 """Gauss-Newton steps at most, and relative gain at which the fit has converged."""
 HALVINGS = 8
 """Halvings at most of a step without gain."""
-AS_FORETOLD = 0.1
+AS_PREDICTED = 0.1
 """Relative deviation of the gain from the predicted gain within which one step suffices."""
 SINGULAR = 1e-12
 """Eigenvalue of the scaled normal matrix over the largest, below which a direction is rounding."""
@@ -95,11 +95,11 @@ class Model:
     def _from_sums(self, square: Array) -> Model:
         """Return the model fitted by normal equations: square (k + 1, k + 1) of columns and misfit."""
         step = _solved(square[:-1, :-1], square[:-1, -1])
-        further, foretold = replace(self, found=self.found + step), float(step @ square[:-1, -1])
+        further, predicted = replace(self, found=self.found + step), float(step @ square[:-1, -1])
         if self.known is not None:
             return further
         gain = float(square[-1, -1] - np.sum(further.misfit() ** 2))
-        return further if abs(gain - foretold) <= AS_FORETOLD * foretold else self.fitted()
+        return further if abs(gain - predicted) <= AS_PREDICTED * predicted else self.fitted()
 
     def richer(self, name: str, *, slots: Array | None = None, more: Array | None = None) -> Model:
         """Return the model with other entries of S, or additional columns (n, 3, l), fitted anew."""
@@ -187,9 +187,9 @@ def with_iron(model: Model) -> Model:
     return model.richer(ELLIPSOID, slots=np.minimum(both[upper], 1.0))
 
 
-def with_warmth(model: Model, warmth: Array) -> Model:
+def with_temperature(model: Model, temperature_degC: Array) -> Model:
     """Return the model with an offset proportional to a signal (n,)."""
-    off = warmth - warmth.mean()
+    off = temperature_degC - temperature_degC.mean()
     more = (off / np.sqrt(np.mean(off**2)))[:, None, None] * np.eye(3)
     return model.richer(_with(model, TEMPERATURE), more=more)
 

@@ -22,7 +22,7 @@ SAME = 0.05
 
 
 @dataclass(frozen=True, eq=False)
-class Unseen:
+class HeldOutErrors:
     """Errors of a model on held-out legs: rms (legs,) and means (legs, c) of each leg in nT."""
 
     model: Model
@@ -30,7 +30,7 @@ class Unseen:
     mean_nT: Array
 
     @classmethod
-    def of(cls, model: Model, legs: LegPartition, strength_nT: float) -> Unseen:
+    def of(cls, model: Model, legs: LegPartition, strength_nT: float) -> HeldOutErrors:
         """Predict each leg with parameters fitted to all other legs."""
         errors = [strength_nT * one for one in model.unseen(legs)]
         rms = np.array([max(np.sqrt(np.mean(one**2)), ROUNDING * strength_nT) for one in errors])
@@ -52,8 +52,8 @@ class ModelPair:
     doubt : reason against the richer model despite a gain, as the end of a sentence; "" for none
     """
 
-    simpler: Unseen
-    richer: Unseen
+    simpler: HeldOutErrors
+    richer: HeldOutErrors
     doubt: str = ""
 
     @property
@@ -83,7 +83,7 @@ class ModelPair:
         return self.better_nT - reach, self.better_nT + reach
 
     @property
-    def kept(self) -> Unseen:
+    def kept(self) -> HeldOutErrors:
         """Return the richer model's errors if the gain is significant, else the simpler model's."""
         return self.richer if self.verdict == "worth_it" else self.simpler
 

@@ -11,16 +11,16 @@ from scenarios.plain import json_ready
 from validation.cross_validation.claimed_std import Claim
 from validation.cross_validation.models import OFFSET
 from validation.cross_validation.paired_legs import ModelPair
-from validation.cross_validation.workflow import UNTOLD, Worth
+from validation.cross_validation.workflow import UNDETERMINED, CrossValidation
 from validation.text import figure, sentence
 
 CALLED = {OFFSET: "the offset alone"}
 """Names in sentences, if different from "the ..."."""
 
 
-def summary(found: Worth) -> dict[str, Any]:
+def summary(found: CrossValidation) -> dict[str, Any]:
     """Return the JSON of `--json`."""
-    told = {
+    plain = {
         "sensor": found.sensor,
         "knowledge": found.knowledge,
         "legs": found.legs.count,
@@ -28,7 +28,7 @@ def summary(found: Worth) -> dict[str, Any]:
         "keep": found.keep,
         "comparisons": [_plain(one) for one in found.pairs],
     }
-    return json_ready(told)  # type: ignore[no-any-return]
+    return json_ready(plain)  # type: ignore[no-any-return]
 
 
 def claim_summary(claims: Mapping[str, Claim]) -> dict[str, Any]:
@@ -55,19 +55,19 @@ def _plain(one: ModelPair) -> dict[str, Any]:
         "against_rms_nT": one.simpler.typical_nT,
         "legs_counted": one.counted,
         "doubt": one.doubt,
-        "sentence": told(one),
+        "sentence": pair_sentence(one),
     }
 
 
-def headline(found: Worth) -> str:
+def headline(found: CrossValidation) -> str:
     """Return a sentence for each pair, the recommended model, and the legs held out."""
     of = found.sensor.replace("sensor@", "sensor ") + ": " if "@" in found.sensor else ""
     how = f"held out in turn: {found.legs.count} legs, by {found.legs.how}; known: the field's {found.knowledge}"
-    take = f"use {_called(found.keep)}" if found.keep else f"use none of these models: {UNTOLD}"
-    return "\n".join(of + sentence(text) for text in (*(told(one) for one in found.pairs), take, how))
+    take = f"use {_called(found.keep)}" if found.keep else f"use none of these models: {UNDETERMINED}"
+    return "\n".join(of + sentence(text) for text in (*(pair_sentence(one) for one in found.pairs), take, how))
 
 
-def told(one: ModelPair) -> str:
+def pair_sentence(one: ModelPair) -> str:
     """Return the verdict on a pair in a sentence, with gain and interval."""
     richer, simpler = _called(one.richer.model.name), _called(one.simpler.model.name)
     size, rms = figure(abs(one.better_nT)), (figure(one.simpler.typical_nT), figure(one.richer.typical_nT))
@@ -90,8 +90,8 @@ def _interval(one: ModelPair) -> str:
     """Return the interval of the gain and the number of legs; only the legs without an interval."""
     count, (low, high) = len(one.gain_nT), one.interval_nT
     counted = "" if one.counted > count - 1 else f" that count for {figure(one.counted, 2)}"
-    told = f"{figure(low)} to {figure(high)} nT over " if abs(high) < inf else ""
-    return f"{told}{count} legs{counted}"
+    interval = f"{figure(low)} to {figure(high)} nT over " if abs(high) < inf else ""
+    return f"{interval}{count} legs{counted}"
 
 
 def _called(name: str) -> str:

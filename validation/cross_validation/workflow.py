@@ -8,21 +8,21 @@ from calib import Reference, get
 from recordings import Recording
 from scenarios.errors import InputError
 from validation.calibrating.fitting import sensor_recordings
-from validation.cross_validation.extensions import extras
+from validation.cross_validation.extensions import extensions
 from validation.cross_validation.legs import LegPartition, legs_of
 from validation.cross_validation.models import Model, offset, with_iron
-from validation.cross_validation.paired_legs import ModelPair, Unseen
+from validation.cross_validation.paired_legs import HeldOutErrors, ModelPair
 from validation.signals.thinning import every_nth
 
 LEAST_SAMPLES = 24
 """Least number of samples: twice the parameters of the full matrix and offset."""
-UNTOLD = "this motion does not determine the offset"
+UNDETERMINED = "this motion does not determine the offset"
 MOST_SAMPLES = 10_000
 """Samples at most; longer recordings are thinned, since the residual of models depends on the motion."""
 
 
 @dataclass(frozen=True, eq=False)
-class Worth:
+class CrossValidation:
     """Pairs of simpler and richer models: first offset and matrix, then extensions of the better.
 
     keep : name of the recommended model, "" if the motion does not determine the offset
@@ -35,7 +35,7 @@ class Worth:
     keep: str
 
 
-def worth(recording: Recording, reference: Reference) -> tuple[Worth, ...]:
+def cross_validate(recording: Recording, reference: Reference) -> tuple[CrossValidation, ...]:
     """Cross-validate the models of each sensor; InputError for a recording that is too short."""
     if len(recording) < LEAST_SAMPLES:
         what = f"{len(recording)} samples are too few to hold some out"
@@ -44,7 +44,7 @@ def worth(recording: Recording, reference: Reference) -> tuple[Worth, ...]:
     return tuple(_of_sensor(key, one, reference) for key, one in sensor_recordings(thinned, "sensor").items())
 
 
-def _of_sensor(sensor: str, recording: Recording, reference: Reference) -> Worth:
+def _of_sensor(sensor: str, recording: Recording, reference: Reference) -> CrossValidation:
     """Cross-validate a sensor: by vectors with attitude and field vector, else by the strength.
 
     Soft iron is tested again after accepted extensions, since a missing extension can pass for soft iron.
@@ -53,14 +53,14 @@ def _of_sensor(sensor: str, recording: Recording, reference: Reference) -> Worth
     pair, doubt = (simple, with_iron(simple)), _doubt(simple, recording, reference)
     found = [_paired(pair, doubt, legs, strength_nT)]
     now = found[0].kept
-    for extra in extras(recording):
+    for extra in extensions(recording):
         found.append(extra.pair(now, legs, strength_nT))
         if found[-1].kept is not now:
             now, pair = found[-1].kept, (extra.add(pair[0]), extra.add(pair[1]))
     if pair[0] is not simple:
         found.append(_paired(pair, doubt, legs, strength_nT))
         now = found[-1].kept
-    return Worth(
+    return CrossValidation(
         sensor,
         "strength" if simple.known is None else "vector",
         legs,
@@ -70,14 +70,14 @@ def _of_sensor(sensor: str, recording: Recording, reference: Reference) -> Worth
 
 
 def _paired(models: tuple[Model, Model], doubt: str, legs: LegPartition, strength_nT: float) -> ModelPair:
-    simpler, richer = (Unseen.of(one, legs, strength_nT) for one in models)
+    simpler, richer = (HeldOutErrors.of(one, legs, strength_nT) for one in models)
     return ModelPair(simpler, richer, doubt)
 
 
 def _doubt(simple: Model, recording: Recording, reference: Reference) -> str:
     """Return a reason against soft iron: the motion is too small for a calibrator with soft iron."""
     method = get("ellipsoid" if simple.known is None else "vector_least_squares")
-    return UNTOLD if method.fit(recording, reference).status.kind == "unobservable" else ""
+    return UNDETERMINED if method.fit(recording, reference).status.kind == "unobservable" else ""
 
 
 def _kept(model: Model, recording: Recording, reference: Reference) -> str:

@@ -58,9 +58,9 @@ class LegInformation:
         covariance = inverse(self.fixed + np.tensordot(amounts, self.each, 1))
         if covariance is None:
             return np.inf, np.zeros(len(amounts))
-        felt = covariance @ self.wanted
-        size = float(np.sum(self.wanted * felt))
-        slope = -np.einsum("iq,lij,jq->l", felt, self.each, felt, optimize=True)
+        sensitivity = covariance @ self.wanted
+        size = float(np.sum(self.wanted * sensitivity))
+        slope = -np.einsum("iq,lij,jq->l", sensitivity, self.each, sensitivity, optimize=True)
         return float(np.log(size)), np.asarray(slope / size)
 
 

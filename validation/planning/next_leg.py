@@ -62,25 +62,25 @@ class LegSequence:
     least: Limit | None
 
 
-def onward(task: PlanningTask, time_s: float, target: float | None = None) -> LegSequence:
+def next_legs(task: PlanningTask, time_s: float, target: float | None = None) -> LegSequence:
     """Return the next legs after a recording (`PlanningTask.after`), each the best given all before, within a time.
 
     The sequence ends when a further leg no longer pays, or the target is met.
     Raises InputError if no manoeuvre within the time determines the goal.
     """
     assert task.before is not None
-    told, yaw_deg, left_s = task.before, task.manoeuvre.yaw_deg, time_s
+    information, yaw_deg, left_s = task.before, task.manoeuvre.yaw_deg, time_s
     legs: list[NextLeg] = []
     idle = None
     while left_s > 0 and not (target is not None and legs and legs[-1].after <= target):
-        found = _leg(task.going_on(told, yaw_deg), left_s)
+        found = _leg(task.going_on(information, yaw_deg), left_s)
         if found is None:
             break
         if not found.pays:
             idle = found
             break
         legs.append(found)
-        told = told + found.choice.information
+        information = information + found.choice.information
         yaw_deg = nearest(found.choice.legs[-1].yaw_deg)
         left_s -= found.choice.phase.duration_s
     if not legs and idle is None:
@@ -109,6 +109,6 @@ def _flown(task: PlanningTask, legs: tuple[NextLeg, ...], idle: NextLeg | None) 
     phases = [leg.choice.phase for leg in legs]
     scenario = task.scenario(phases, f"{len(legs)} legs after a recording, for {task.goal.name}")
     flown = replace(scenario_experiment(scenario, task.known.noise_std_nT), matrix=task.known.matrix)
-    told = task.before + Bound.of(flown, task.knowledge).information.matrix
+    information = task.before + Bound.of(flown, task.knowledge).information.matrix
     least = limit(flown, task.knowledge, task.tilts, task.goal, task.before)
-    return LegSequence(task, legs, idle, scenario, task.error(told), least)
+    return LegSequence(task, legs, idle, scenario, task.error(information), least)

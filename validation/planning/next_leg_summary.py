@@ -15,14 +15,14 @@ def summary(found: LegSequence, scenario: str) -> dict[str, Any]:
     """Return the JSON of `--json`; scenario : file with the legs, "" if no leg pays."""
     goal = found.task.goal
     least = found.least
-    told = {
+    plain = {
         "scenario": scenario or None,
         "predicted": {goal.name: found.error, "before": found.task.error_before},
         "limit": None if least is None else {goal.name: least.value, "duality_gap": least.gap},
         "legs": [_leg(leg, found) for leg in found.legs],
         "no_longer_pays": None if found.idle is None else _leg(found.idle, found),
     }
-    return json_ready(told)  # type: ignore[no-any-return]
+    return json_ready(plain)  # type: ignore[no-any-return]
 
 
 def headline(found: LegSequence) -> str:

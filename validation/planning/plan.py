@@ -86,7 +86,7 @@ def planned(task: PlanningTask, time_s: float, target: float | None = None) -> P
     if task.linked:
         choice = linked.linked(task, time_s) if target is None else linked.shortest(task, target, time_s)
         if not np.isfinite(choice.error):
-            raise _untold()
+            raise _undetermined()
         return _flown(choice, target)
     if target is None:
         return _best(task, time_s)
@@ -95,7 +95,7 @@ def planned(task: PlanningTask, time_s: float, target: float | None = None) -> P
     search.improve(choice.time_s)
     choice = search.shortest(target, choice.time_s if choice.error <= target else time_s)
     if not np.isfinite(choice.error):
-        raise _untold()
+        raise _undetermined()
     found = _flown(choice, target)
     for _ in range(MOST_TRIES):
         if found.met or found.choice.time_s >= time_s:
@@ -118,11 +118,11 @@ def _best(task: PlanningTask, time_s: float) -> Plan:
         if best is not None and best.ratio <= NEAR:
             break
     if best is None:
-        raise _untold()
+        raise _undetermined()
     return best
 
 
-def _untold() -> InputError:
+def _undetermined() -> InputError:
     do = "give more --time, wider --tilt-limits, or more knowledge with --knowledge vector"
     return InputError("no manoeuvre in this time determines the goal", where="--time", do=do)
 

@@ -80,4 +80,4 @@ def fitted(task: PlanningTask, legs: tuple[Leg, ...], time_s: float) -> tuple[Le
 
 def _error(task: PlanningTask, legs: tuple[Leg, ...]) -> float:
     """Return the goal's error from the whole intended flight."""
-    return task.error_with(task.told(task.manoeuvre.phase(legs)))
+    return task.error_with(task.phase_information(task.manoeuvre.phase(legs)))

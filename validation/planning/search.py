@@ -69,7 +69,7 @@ class LegSelection:
     def filled(self) -> LegSelection:
         """Return the selection stretched to fill the time, if better."""
         task = self.task.flown_by(self.task.manoeuvre.filling(self.legs, self.time_s))
-        error = task.error_with(task.told(task.manoeuvre.phase(self.legs)))
+        error = task.error_with(task.phase_information(task.manoeuvre.phase(self.legs)))
         return LegSelection(task, self.legs, self.time_s, error) if error < self.error else self
 
     @property
@@ -80,7 +80,7 @@ class LegSelection:
     @property
     def information(self) -> Array:
         """Return the information (k, k) of the flight alone."""
-        return self.task.told(self.phase)
+        return self.task.phase_information(self.phase)
 
 
 class RouteSearch:
@@ -94,7 +94,7 @@ class RouteSearch:
         self.task = task
         narrower = NARROWER if task.step_deg is None and task.before is None else NARROWER[:1]
         rows = [_within(task, time_s, share) for share in narrower]
-        self.routes = [route for angles, told in rows for route in _routes(task, angles, told)]
+        self.routes = [route for angles, leg_rows in rows for route in _routes(task, angles, leg_rows)]
         self.least_in_a_second = float(np.sqrt(time_s * optimal(rows[0][1], task.wanted, task.before)[0]))
 
     def improve(self, time_s: float) -> None:

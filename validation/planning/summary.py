@@ -30,7 +30,7 @@ HEADS = ("leg", "attitude", "yaw, °", "pitch, °", "roll, °", "from, s", "for,
 def summary(found: Plan, scenario: str) -> dict[str, Any]:
     """Return the JSON of `--json`; scenario : file with the manoeuvre."""
     goal = found.task.goal.name
-    told = {
+    plain = {
         "scenario": scenario,
         "predicted": {
             goal: found.error,
@@ -52,13 +52,13 @@ def summary(found: Plan, scenario: str) -> dict[str, Any]:
     }
     if found.confirmed is not None:
         one = found.confirmed
-        told["confirmed"] = {
+        plain["confirmed"] = {
             goal: one.error,
             "calibrator": one.calibrator,
             "trials": one.trials,
             "failures": one.failures,
         }
-    return json_ready(told)  # type: ignore[no-any-return]
+    return json_ready(plain)  # type: ignore[no-any-return]
 
 
 def headline(found: Plan) -> str:
@@ -101,12 +101,12 @@ def _staying_limit_of(least: Limit) -> str:
 
 def limits(found: Plan) -> list[tuple[str, ...]]:
     """Return a row for each limit, with heads LIMITS: for any motion, and for vehicles that remain in place."""
-    told = [("any motion within the tilts", found.least, found.ratio)]
+    named = [("any motion within the tilts", found.least, found.ratio)]
     if found.staying is not None and found.staying_ratio is not None:
-        told.append(("a vehicle that tilts only by thrust, in place", found.staying, found.staying_ratio))
+        named.append(("a vehicle that tilts only by thrust, in place", found.staying, found.staying_ratio))
     return [
         (whose, quantity(least.value, least.goal.unit), figure(ratio), figure(100 * least.gap, 2))
-        for whose, least, ratio in told
+        for whose, least, ratio in named
     ]
 
 
@@ -144,5 +144,5 @@ def times_s(choice: LegSelection) -> Sequence[tuple[float, float]]:
 
 def leg_summary(leg: Leg, times: tuple[float, float]) -> dict[str, Any]:
     yaw, pitch, roll = leg.angles_deg
-    told = {"yaw_deg": yaw, "pitch_deg": pitch, "roll_deg": roll, "begins_s": times[0], "lasts_s": times[1]}
-    return {"attitude": attitude(leg), **told}
+    angles = {"yaw_deg": yaw, "pitch_deg": pitch, "roll_deg": roll, "begins_s": times[0], "lasts_s": times[1]}
+    return {"attitude": attitude(leg), **angles}

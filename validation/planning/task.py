@@ -134,7 +134,7 @@ class PlanningTask:
             up=None,
         )
 
-    def told(self, phase: PhaseBase) -> Array:
+    def phase_information(self, phase: PhaseBase) -> Array:
         """Return the information (k, k) of an intended phase alone."""
         if self.linked:
             return Bound.of(self.meant(phase), self.knowledge).information.matrix
@@ -150,9 +150,9 @@ class PlanningTask:
         covariance = inverse(information)
         return np.inf if covariance is None else float(np.sqrt(np.sum(self.wanted * (covariance @ self.wanted))))
 
-    def error_with(self, told: Array) -> float:
+    def error_with(self, information: Array) -> float:
         """Return the goal's error from information (k, k) and the information from before."""
-        return self.error(told if self.before is None else told + self.before)
+        return self.error(information if self.before is None else information + self.before)
 
     @property
     def error_before(self) -> float:
@@ -177,8 +177,8 @@ class PlanningTask:
             raise InputError("the field's direction is not known", where="--after", do=do)
         field = {"field": {"enu_nT": known.field_enu_nT.tolist()}}
         known = replace(known, gyro_std_rad_s=self.known.gyro_std_rad_s)
-        told = Bound.of(known, self.knowledge).information.matrix
-        return replace(self, base=_validated(as_dict(self.base) | field), known=known, before=told)
+        information = Bound.of(known, self.knowledge).information.matrix
+        return replace(self, base=_validated(as_dict(self.base) | field), known=known, before=information)
 
 
 def _heading_deg(base: Scenario) -> float:

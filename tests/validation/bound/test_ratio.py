@@ -14,7 +14,7 @@ from sim.effects.noise import FLICKER_LOW_HZ, FlickerNoise, WhiteNoise
 from sim.scenario import Scenario, load
 from sim.simulation import plan
 from validation.bound.files import run_experiment
-from validation.bound.ratio import bound_ratio, knowledge_of, least_of
+from validation.bound.ratio import bound_ratio, knowledge_of, least_errors
 from validation.bound.runs import RunBounds
 from validation.calibrating.selection import select_calibrators
 
@@ -82,7 +82,7 @@ def test_noise_that_lasts_is_in_the_bound_of_all_that_is_told() -> None:
     mean_square = 3.0 * np.trapezoid(density * np.sinc(hz * known.step_s.sum()) ** 2, hz)
     assert vector == pytest.approx(np.sqrt(mean_square), rel=0.1)
     assert vector <= eddy < norm < 1.1 * vector
-    white = least_of(replace(known, colour=None), {"norm+gyro"})["norm+gyro", "offset_error_nT"]
+    white = least_errors(replace(known, colour=None), {"norm+gyro"})["norm+gyro", "offset_error_nT"]
     assert 5.0 * white < gyro <= vector
     assert gyro == pytest.approx(both)
 

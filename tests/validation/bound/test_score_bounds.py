@@ -14,7 +14,7 @@ from tests.validation.bound.experiments import level_turns, of_motion
 from validation.bound.bound import Bound
 from validation.bound.experiment import Experiment
 from validation.bound.knowledge import KNOWLEDGE
-from validation.bound.score_bounds import uses
+from validation.bound.score_bounds import score_bounds
 from validation.scoring.hold_out import Environment, hold_out
 from validation.scoring.scores import score
 
@@ -45,11 +45,11 @@ def drawn_scores(known: Experiment, bound: Bound) -> dict[str, np.ndarray]:
         soft = STRETCHED.copy()
         for (i, j), value in zip(bound.information.places, error[3:] / bound.strength_nT, strict=True):
             soft[i, j] += value
-            if not bound.information.tells_rotation and i != j:
+            if not bound.information.includes_rotation and i != j:
                 soft[j, i] += value
         offset_nT, matrix = truth.offset_nT + error[:3], np.linalg.inv(soft)
         fit = Calibration(name="drawn", status=Status("ok"), offset_nT=offset_nT, matrix=matrix)
-        for one in score(fit, standard.recording("full", 0, n=50), truth, not bound.information.tells_rotation):
+        for one in score(fit, standard.recording("full", 0, n=50), truth, not bound.information.includes_rotation):
             found.setdefault(one.name, []).append(one.value)
     return {name: np.array(values) for name, values in found.items()}
 
@@ -59,7 +59,7 @@ def test_the_scores_of_fits_at_the_bound(knowledge: str) -> None:
     known = known_of("full")
     bound = Bound.of(known, knowledge)
     scores = drawn_scores(known, bound)
-    for use in uses(known, bound):
+    for use in score_bounds(known, bound):
         values = scores[use.meaning.name]
         if use.meaning.name == "figure_of_merit":
             assert use.value == pytest.approx(values.mean(), rel=0.1)
@@ -69,19 +69,21 @@ def test_the_scores_of_fits_at_the_bound(knowledge: str) -> None:
 
 def test_without_the_fields_direction_the_strength_alone() -> None:
     known = of_motion("full")
-    assert [use.meaning.name for use in uses(known, Bound.of(known, "norm"))] == ["holdout_sphere_norm_rms"]
+    assert [use.meaning.name for use in score_bounds(known, Bound.of(known, "norm"))] == ["holdout_sphere_norm_rms"]
 
 
 @pytest.mark.parametrize("knowledge", KNOWLEDGE)
 def test_a_level_turn_does_not_tell_the_strength(knowledge: str) -> None:
     known = replace(level_turns(), field_enu_nT=ENU_NT)
-    told = {use.meaning.name: use.value for use in uses(known, Bound.of(known, knowledge))}
+    told = {use.meaning.name: use.value for use in score_bounds(known, Bound.of(known, knowledge))}
     assert told["holdout_sphere_norm_rms"] == np.inf
 
 
 def test_at_the_pole_there_is_no_heading() -> None:
     known = replace(of_motion("full"), field_enu_nT=np.array([0.0, 0.0, standard.REFERENCE.strength_nT]))
-    assert {use.meaning.name: use.value for use in uses(known, Bound.of(known, "norm"))}["heading_rms"] == np.inf
+    assert {use.meaning.name: use.value for use in score_bounds(known, Bound.of(known, "norm"))}[
+        "heading_rms"
+    ] == np.inf
 
 
 def test_an_unknown_strength_costs_nothing_but_the_scale() -> None:

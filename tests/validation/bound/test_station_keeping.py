@@ -12,7 +12,7 @@ from sim.vehicles.quadrotor import Quadrotor
 from tests.validation.bound.test_limit import known_of
 from validation.bound.experiment import Experiment
 from validation.bound.goal import OFFSET
-from validation.bound.limit import Tilts, candidates, felt, limit, optimal, sample_rows
+from validation.bound.limit import Tilts, candidates, criterion, limit, optimal, sample_rows
 from validation.bound.station_keeping import GAP, balanced, staying_limit
 
 WIDE = Tilts(45.0, 45.0)
@@ -70,7 +70,7 @@ def test_neither_is_who_flies_out_fast_and_slowly_back(out_m_s: float, least_rat
     """
     attitudes, rows = candidates(known, "vector", WIDE)
     found, wanted = staying_limit(known, "vector", WIDE), OFFSET.factor(known, "vector")
-    square, slope = felt(rows, found.weights, wanted, None)
+    square, slope = criterion(rows, found.weights, wanted, None)
     up, mean_drag = attitudes.as_matrix()[:, :, 2], (3.0 - np.sqrt(8.0)) * Quadrotor.drag_1_m * out_m_s**2
     pushes = GRAVITY_M_S2 * up[:, :2] / up[:, 2:]
 

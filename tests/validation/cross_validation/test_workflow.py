@@ -15,13 +15,13 @@ from scenarios.errors import InputError
 from tests.validation.cross_validation.conftest import FIELD_ENU_NT, STRENGTH_NT, Made, soft_iron
 from validation.cross_validation.models import Model
 from validation.cross_validation.summary import headline, summary
-from validation.cross_validation.workflow import Worth, worth
+from validation.cross_validation.workflow import CrossValidation, cross_validate
 
 PASSED_FOR_IRON = (6, 8, 12, 13, 15, 19)
 STRENGTH, VECTOR = Reference(STRENGTH_NT), Reference.of_vector(FIELD_ENU_NT)
 
 
-def first(found: tuple[Worth, ...]) -> Worth:
+def first(found: tuple[CrossValidation, ...]) -> CrossValidation:
     (one,) = found
     return one
 
@@ -32,7 +32,7 @@ def verdicts(made: Made, size: float, trials: int) -> Counter[tuple[str, bool]]:
     for seed in range(trials):
         rng = np.random.default_rng(seed)
         matrix = soft_iron(size, rng)
-        (pair,) = first(worth(made(rng, matrix), STRENGTH)).pairs
+        (pair,) = first(cross_validate(made(rng, matrix), STRENGTH)).pairs
         elsewhere = made(rng, matrix, noise_nT=0.0).mag_nT / STRENGTH_NT
         simpler, richer = (true_error(one.model, elsewhere) for one in (pair.simpler, pair.richer))
         found[pair.verdict, richer < simpler] += 1
@@ -67,7 +67,7 @@ def test_a_temperature_that_moves_the_offset_is_worth_it(made: Made) -> None:
     rng = np.random.default_rng(1)
     warmth = 15.0 + 5.0 * np.sin(np.linspace(0.0, 20.0, 600))
     recording = made(rng, np.eye(3), kind="tumble", warmth=warmth, added=warmth[:, None] * [3.0, -2.0, 1.0])
-    found = first(worth(recording, STRENGTH))
+    found = first(cross_validate(recording, STRENGTH))
     pair = found.pairs[1]
     assert (pair.richer.model.name, pair.verdict) == ("offset with temperature", "worth_it")
     assert found.keep == "offset with temperature"
@@ -80,7 +80,7 @@ def test_a_temperature_that_is_left_out_does_not_pass_for_soft_iron_in_the_end(m
     drift = warmth[:, None] * [10.0, -5.0, 3.0]
     for seed in PASSED_FOR_IRON:
         recording = made(np.random.default_rng(seed), np.eye(3), kind="tumble", warmth=warmth, added=drift)
-        kept[first(worth(recording, STRENGTH)).keep] += 1
+        kept[first(cross_validate(recording, STRENGTH)).keep] += 1
     assert kept == {"offset with temperature": len(PASSED_FOR_IRON)}
 
 
@@ -91,7 +91,7 @@ def test_a_drift_is_seldom_taken_for_the_temperature(made: Made) -> None:
         rng = np.random.default_rng(seed)
         drift = 100.0 / np.sqrt(600.0) * np.cumsum(rng.standard_normal((600, 3)), axis=0)
         recording = made(rng, np.eye(3), kind="tumble", warmth=cooling, added=drift)
-        said[first(worth(recording, STRENGTH)).pairs[1].verdict] += 1
+        said[first(cross_validate(recording, STRENGTH)).pairs[1].verdict] += 1
     assert said["worth_it"] <= 2
 
 
@@ -101,7 +101,7 @@ def test_eddy_currents_are_found_with_the_vector_known(made: Made) -> None:
     eddy = np.gradient(clean, 0.5, axis=0) @ np.array([[0.02, 0.0, 0.01], [0.0, 0.03, 0.0], [-0.01, 0.0, 0.02]])
     for added, verdict in ((eddy, "worth_it"), (0.0, "as_well")):
         recording = made(np.random.default_rng(3), np.eye(3), kind="tumble", attitude=True, added=added)
-        found = first(worth(recording, VECTOR))
+        found = first(cross_validate(recording, VECTOR))
         assert found.knowledge == "vector"
         assert found.pairs[1].richer.model.count - found.pairs[1].simpler.model.count == 9
         assert found.pairs[1].verdict == verdict or (added is not eddy and found.pairs[1].verdict == "worse")
@@ -109,10 +109,10 @@ def test_eddy_currents_are_found_with_the_vector_known(made: Made) -> None:
 
 def test_the_answer_in_words_and_as_json(made: Made) -> None:
     rng = np.random.default_rng(0)
-    found = first(worth(made(rng, soft_iron(0.02, rng)), STRENGTH))
-    told = summary(found)
-    assert told["comparisons"][0]["verdict"] == "worth_it"
-    assert told["comparisons"][0]["low_nT"] < told["comparisons"][0]["better_nT"] < told["comparisons"][0]["high_nT"]
+    found = first(cross_validate(made(rng, soft_iron(0.02, rng)), STRENGTH))
+    plain = summary(found)
+    assert plain["comparisons"][0]["verdict"] == "worth_it"
+    assert plain["comparisons"][0]["low_nT"] < plain["comparisons"][0]["better_nT"] < plain["comparisons"][0]["high_nT"]
     assert "The ellipsoid predicts held-out legs" in headline(found)
     assert headline(found).splitlines()[0].endswith("use the ellipsoid.")
 
@@ -123,7 +123,7 @@ def test_an_ellipsoid_that_the_motion_does_not_tell_is_not_recommended(made: Mad
     field = np.column_stack([19_000 * np.cos(0.1 * time_s), -19_000 * np.sin(0.1 * time_s), np.full(600, -44_000.0)])
     recording = made(np.random.default_rng(0), np.eye(3))
     mag = field * [1.1, 0.9, 1.0] + 5.0 * np.random.default_rng(1).standard_normal((600, 3))
-    found = first(worth(replace(recording, mag_nT=mag), STRENGTH))
+    found = first(cross_validate(replace(recording, mag_nT=mag), STRENGTH))
     assert found.pairs[0].verdict != "worth_it"
     assert found.keep == ""
     assert "Use none of these models: this motion does not determine the offset." in headline(found)
@@ -135,7 +135,7 @@ def test_rounding_is_no_gain(made: Made, attitude: bool) -> None:
     recording = made(np.random.default_rng(0), np.eye(3), kind="tumble", noise_nT=0.0, attitude=attitude)
     still = replace(recording, mag_nT=np.tile([2e4, 3e4, 1e4], (600, 1)), gyro_rad_s=np.zeros((600, 3)))
     reference = VECTOR if attitude else STRENGTH
-    exact, eddy = first(worth(recording, reference)), first(worth(still, reference)).pairs[1]
+    exact, eddy = first(cross_validate(recording, reference)), first(cross_validate(still, reference)).pairs[1]
     assert all(pair.verdict != "worth_it" for pair in exact.pairs)
     assert eddy.verdict == "as_well"
 
@@ -143,7 +143,7 @@ def test_rounding_is_no_gain(made: Made, attitude: bool) -> None:
 def test_too_short_a_recording_is_refused(made: Made) -> None:
     recording = made(np.random.default_rng(0), np.eye(3), n=20)
     with pytest.raises(InputError, match="too few"):
-        worth(recording, STRENGTH)
+        cross_validate(recording, STRENGTH)
 
 
 def test_measured_compasses_and_the_glider_need_the_ellipsoid(realdata: Path) -> None:
@@ -152,6 +152,6 @@ def test_measured_compasses_and_the_glider_need_the_ellipsoid(realdata: Path) ->
     for file in files:
         recording = read_recording(file)
         strength_nT = float(np.median(np.linalg.norm(recording.mag_nT, axis=1)))
-        pair = first(worth(recording, Reference(strength_nT))).pairs[0]
+        pair = first(cross_validate(recording, Reference(strength_nT))).pairs[0]
         assert (file.name, pair.verdict) == (file.name, "worth_it")
         assert pair.richer.typical_nT < 0.4 * pair.simpler.typical_nT

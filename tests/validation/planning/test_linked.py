@@ -17,7 +17,7 @@ from validation.bound.limit import Tilts
 from validation.comparison.engine import SerialEngine
 from validation.planning.linked import linked
 from validation.planning.manoeuvre import Leg
-from validation.planning.next_leg import onward
+from validation.planning.next_leg import next_legs
 from validation.planning.next_leg_summary import headline as after_words
 from validation.planning.plan import planned
 from validation.planning.refinement import fitted
@@ -42,7 +42,7 @@ def test_the_bound_of_what_is_meant_is_that_of_the_flight() -> None:
 def test_a_leg_after_a_recording_adds_to_what_it_tells() -> None:
     """As the bounds of both flights by themselves do, the leg's from the simulator."""
     before = replace(of_motion("auv"), field_enu_nT=np.array(standard.FIELD_ENU_NT))
-    found = onward(task().after(before), 60.0)
+    found = next_legs(task().after(before), 60.0)
     assert found.scenario is not None
     assert found.error is not None
     flown = scenario_experiment(found.scenario, 10.0)

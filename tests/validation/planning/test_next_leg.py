@@ -16,7 +16,7 @@ from sim.scenario import load
 from validation.bound.bound import Bound
 from validation.bound.experiment import Experiment
 from validation.bound.files import recording_experiment, scenario_experiment
-from validation.planning.next_leg import LegSequence, onward
+from validation.planning.next_leg import LegSequence, next_legs
 from validation.planning.next_leg_summary import headline, rows
 from validation.planning.task import PlanningTask
 
@@ -30,7 +30,7 @@ def spiral(tmp_path_factory: pytest.TempPathFactory) -> Experiment:
 
 @pytest.fixture(scope="module")
 def found(spiral: Experiment) -> LegSequence:
-    return onward(PlanningTask.of("auv", load("standard-full"), "vector", noise_std_nT=10.0).after(spiral), 400.0)
+    return next_legs(PlanningTask.of("auv", load("standard-full"), "vector", noise_std_nT=10.0).after(spiral), 400.0)
 
 
 def test_the_first_leg_halves_the_error(found: LegSequence, spiral: Experiment) -> None:
@@ -69,7 +69,7 @@ def test_in_words_and_on_disk(found: LegSequence, tmp_path: Path) -> None:
 
 def test_after_a_good_recording_nothing_pays(tmp_path: Path) -> None:
     known = scenario_experiment(load("standard-full", ["phases.0.duration_s=3800"]), 10.0)
-    found = onward(PlanningTask.of("auv", load("standard-full"), "vector", noise_std_nT=10.0).after(known), 120.0)
+    found = next_legs(PlanningTask.of("auv", load("standard-full"), "vector", noise_std_nT=10.0).after(known), 120.0)
     assert found.legs == ()
     assert found.idle is not None
     assert "a further leg does not pay" in headline(found)
