@@ -14,8 +14,8 @@ from validation.text import counted, figure, figures, listed
 
 SECTION = "noise"
 BASES = {
-    "attitude": "the part that the attitude does not explain",
-    "strength": "the strength after the ellipsoid fit",
+    "attitude": "the residual of the attitude fit",
+    "strength": "the residual strength after the ellipsoid fit",
     "mean": "the measured field",
 }
 MOST_LISTED = 5
