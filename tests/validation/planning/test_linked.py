@@ -51,7 +51,7 @@ def test_a_leg_after_a_recording_adds_to_what_it_tells() -> None:
     assert found.legs[0].before == pytest.approx(68.5, rel=0.01)
     assert found.error < 0.9 * found.legs[0].before
     assert found.error == pytest.approx(found.legs[0].after, rel=0.1)
-    assert "no motion is below it" in after_words(found)
+    assert "no motion is below the limit" in after_words(found)
 
 
 def test_what_a_gyro_does_not_link_is_not_planned_for() -> None:
@@ -74,7 +74,7 @@ def test_a_level_vehicle_s_plan_is_far_below_its_circles_and_is_flown_so() -> No
     """The standard level motion of six minutes tells 68.5 nT with the same gyro and tilts."""
     found = planned(task(), 360.0).checked(100, SerialEngine())
     assert found.least.value < found.error < 0.7 * 68.5
-    assert "no motion is below it" in headline(found)
+    assert "no motion is below the limit" in headline(found)
     assert found.confirmed is not None
     assert found.confirmed.calibrator == "gyro_ml"
     assert found.confirmed.failures == 0
