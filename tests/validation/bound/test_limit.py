@@ -1,4 +1,4 @@
-"""The limit of tilts: the standard case's figures, which others computed too, and that no motion is below the limit."""
+"""The limit of tilts: the standard case's figures, which others computed too, and that no motion is below it."""
 
 from __future__ import annotations
 

@@ -57,8 +57,8 @@ def test_a_quadrotor_is_near_the_limit() -> None:
     assert found.error == pytest.approx(found.choice.error, rel=0.02)
     assert found.staying is not None
     assert found.least.value < found.staying.value < found.choice.error
-    assert "stays in its place and height" in headline(found)
-    assert [row[0].split()[0] for row in limits(found)] == ["any", "one"]
+    assert "remains in place" in headline(found)
+    assert [row[0].split()[0] for row in limits(found)] == ["any", "a"]
     shown = plan_page(found)
     assert all(cell in shown for row in limits(found) for cell in row)
 
