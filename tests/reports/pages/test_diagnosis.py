@@ -53,7 +53,7 @@ def test_the_tile_says_whether_a_second_recording_was_asked() -> None:
     given = recording(2000, hidden={MotorCurrent.name: {"gain_nT_A": [20.0, -10.0, 40.0]}})
     found = diagnose(given, ModelSpec.model_validate(BARE))
     assert "confirm with a second" in _tiles(found)[1][1]
-    asked = replace(found, second=True)
+    asked = replace(found, has_second=True)
     assert "the second recording does not confirm it" in _tiles(asked)[1][1]
     switched = replace(found.named[0], effect=replace(found.named[0].effect, active_s=(10.0, 20.0)))
     assert "a second cannot confirm it" in _tiles(replace(asked, named=(switched,)))[1][1]
