@@ -11,7 +11,7 @@ from magbench.arguments import present
 from magbench.options import Data, Json, Maps, Run
 
 
-def apply(
+def command(
     calibration: Annotated[Path, typer.Argument(metavar="CALIBRATION", help="A calibration.json.", callback=present)],
     data: Data,
     out: Annotated[Path, typer.Option("--out", "-o", help="The corrected recording, .parquet or .csv.")],
@@ -24,10 +24,10 @@ def apply(
 
     Example: magbench apply out/calibration.json survey.csv --with ellipsoid -o corrected.parquet
     """
-    import magbench
+    from magbench.api.apply import apply_file
     from magbench.console import emit, say, warn
 
-    done = magbench.apply_file(calibration, data, out, name=with_, run=run, maps=map_ or ())
+    done = apply_file(calibration, data, out, name=with_, run=run, maps=map_ or ())
     warn(done["warning"])
     say(f"{out}: {done['samples']} samples corrected with {done['calibrator']}")
     if json:

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-import magbench
 from magbench.arguments import field_vector, none_of
 from magbench.options import FieldStrength, FieldVector, Json, Maps, Overrides
 from scenarios.names import find
@@ -67,7 +66,7 @@ Report = Annotated[
 ]
 
 
-def bound(
+def command(
     source: Source,
     knowledge: Knowledge = "norm",
     noise_std_nT: Noise = None,
@@ -89,7 +88,7 @@ def bound(
 
     Example: magbench bound auv-spiral --what-if roll_amplitude_deg=0:30:5
     """
-    from magbench.api.bound import is_scenario
+    from magbench.api.bound import bound, is_scenario
 
     of_log = {"--run": run, "--field-strength-nT": field_strength_nT, "--field-enu-nT": field_enu_nT, "--map": map_}
     of_scenario = {"--set": set_, WHAT_IF: what_if, "--coloured": coloured or None}
@@ -110,14 +109,16 @@ def bound(
     else:
         none_of(of_scenario, "applies to a scenario, and this is a log", "leave it out")
         known |= {"field_strength_nT": field_strength_nT, "field_enu_nT": field_vector(field_enu_nT)}
-        _show(magbench.bound(source, **known, maps=map_ or (), run=run or 0), json)
+        _show(bound(source, **known, maps=map_ or (), run=run or 0), json)
 
 
 def _of_scenario(source: str, known: dict[str, Any], what_if: str | None, out: Path, json: bool) -> None:
+    from magbench.api.bound import bound, what_if
+
     if what_if:
-        _show_sweep(magbench.what_if(source, what_if, **known, out=out), out, json)
+        _show_sweep(what_if(source, what_if, **known, out=out), out, json)
     else:
-        _show(magbench.bound(source, **known), json)
+        _show(bound(source, **known), json)
 
 
 def _show(found: BoundResult, json: bool) -> None:

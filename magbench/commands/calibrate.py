@@ -29,7 +29,7 @@ AskWorth = Annotated[
 ]
 
 
-def calibrate(
+def command(
     data: Data,
     with_: With = None,
     exec_: Exec = None,
@@ -49,12 +49,13 @@ def calibrate(
 
     Example: magbench calibrate log.csv --map mag_x_nT=bx,unit=uT --with ellipsoid --field-strength-nT 48152
     """
-    import magbench
+    from magbench.api.calibrate import calibrate
+    from magbench.api.cross_validate import worth
     from magbench.console import end_with
     from validation.calibrating.fitting import not_applicable
 
     named = bool(with_ or exec_)
-    found = magbench.calibrate(
+    found = calibrate(
         data,
         field_strength_nT,
         with_=split(with_ or "") if named else list(USUAL),
@@ -68,7 +69,7 @@ def calibrate(
     )
     gains = None
     if worth:
-        gains = magbench.worth(found.recording, found.reference.strength_nT, field_enu_nT=found.reference.field_enu_nT)
+        gains = worth(found.recording, found.reference.strength_nT, field_enu_nT=found.reference.field_enu_nT)
     _show(found, gains, json)
     end_with(not_applicable(found) if named else [])
 

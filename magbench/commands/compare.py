@@ -31,7 +31,7 @@ ReferenceName = Annotated[
 ]
 
 
-def compare(
+def command(
     scenario: ScenarioName,
     trials: Trials = 100,
     with_: With = None,
@@ -54,15 +54,16 @@ def compare(
 
     Example: magbench compare quad-calibration --trials 100 --with ellipsoid,sphere --sweep noise_std_nT=5,50 -o out/c
     """
-    import magbench
+    from magbench.api.compare import compare
     from magbench.arguments import split
     from magbench.console import emit, progress, say
     from magbench.tables import show_comparison
+    from sim.scenario import load
 
-    spec = magbench.load(scenario, set_ or ())
+    spec = load(scenario, set_ or ())
     place = out or Path("out") / f"{spec.name}-comparison"
     with progress(f"comparing on {spec.name}") as report:
-        found = magbench.compare(
+        found = compare(
             spec,
             place,
             trials=trials,

@@ -47,7 +47,7 @@ ReferenceSensor = Annotated[
 OneRun = Annotated[int | None, typer.Option(min=0, help="Which run of a dataset directory.  [default: all]")]
 
 
-def diagnose(
+def command(
     measured: Measured,
     model: Model = None,
     confirm: Confirm = None,
@@ -69,13 +69,13 @@ def diagnose(
 
     Example: magbench diagnose monday.parquet tuesday.parquet friday.parquet --model auv-dive -o out/diagnosis
     """
-    import magbench
+    from magbench.api.diagnose import diagnose
     from magbench.console import emit, say
     from magbench.tables import show_answer
     from reports.outputs.diagnosis import FILES
 
     place = out or Path("out") / "diagnosis"
-    found = magbench.diagnose(
+    found = diagnose(
         measured,
         model,
         field_strength_nT=field_strength_nT,

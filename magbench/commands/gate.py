@@ -45,7 +45,7 @@ Init = Annotated[
 ]
 
 
-def gate(
+def command(
     gates: Gates = None,
     out: Out = None,
     time_limit_s: TimeLimit = None,
@@ -63,13 +63,13 @@ def gate(
 
     Example: magbench gate gates.toml -o out/gates --jobs 2
     """
-    import magbench
+    from magbench.api.gate import gate, propose_gates, write_baseline
     from magbench.console import emit, progress, say
     from scenarios.errors import InputError
 
     if init is not None:
         file = out or Path("gates.toml")
-        names = magbench.propose_gates(init, file)
+        names = propose_gates(init, file)
         say(f"{file}: {len(names)} gates; read what each costs, then: magbench gate {file}")
         return emit({"gates": names, "out": str(file)}) if json else None
     if gates is None:
@@ -77,12 +77,12 @@ def gate(
     given: dict[str, Any] = {"seed": seed, "time_limit_s": time_limit_s, "jobs": jobs, "scheduler": scheduler}
     if write_baseline is not None:
         with progress("scores for a baseline") as report:
-            scores = magbench.write_baseline(gates, write_baseline, **given, progress=report)
+            scores = write_baseline(gates, write_baseline, **given, progress=report)
         say(f"{write_baseline}: {scores} scores")
         return emit({"scores": scores, "out": str(write_baseline)}) if json else None
     place = out or Path("out") / gates.stem
     with progress(f"gates of {gates.name}") as report:
-        found = magbench.gate(gates, place, **given, strict=strict, progress=report)
+        found = gate(gates, place, **given, strict=strict, progress=report)
     _show(found, place, gates, json)
     if found.failed:
         raise typer.Exit(1)

@@ -10,7 +10,7 @@ import typer
 from magbench.options import Data, Json, Maps, Run
 
 
-def inspect(
+def command(
     data: Data,
     map_: Maps = None,
     run: Run = 0,
@@ -21,12 +21,12 @@ def inspect(
 
     Example: magbench inspect log.csv --map time_s=t,unit=ms --map mag_x_nT=bx,unit=uT -o out/look
     """
-    import magbench
+    from magbench.api.inspect import inspect
     from magbench.console import emit, say, show_table
     from reports.text.inspection import finding_rows
     from validation.inspection.inspection import headline, summary
 
-    found = magbench.inspect(data, maps=map_ or (), run=run, out=out)
+    found = inspect(data, maps=map_ or (), run=run, out=out)
     if json:
         emit(summary(found))
     else:

@@ -20,7 +20,7 @@ class ListKind(StrEnum):
     sensors = "sensors"
 
 
-def listing(kind: Annotated[ListKind, typer.Argument(help="What to list.")], json: Json = False) -> None:
+def command(kind: Annotated[ListKind, typer.Argument(help="What to list.")], json: Json = False) -> None:
     """List scenarios, effects, calibrators, vehicles or sensors with a line each.
 
     Example: magbench list scenarios

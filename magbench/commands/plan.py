@@ -54,7 +54,7 @@ Trials = Annotated[int, typer.Option(min=0, max=100_000, help="Flights that conf
 PlanOut = Annotated[Path | None, typer.Option("--out", "-o", help="Output directory.  [default: out/plan-VEHICLE]")]
 
 
-def plan(
+def command(
     vehicle: VehicleName,
     time_s: Time = None,
     target: Target = None,
@@ -80,13 +80,13 @@ def plan(
     enu = field_vector(field_enu_nT)
     if after is None:
         none_of({"--field-enu-nT": enu, "--map": map_}, "speaks of a log", "name it with --after, or leave it out")
-    import magbench
+    from magbench.api.plan import plan
     from magbench.console import emit, progress, say, show_table
     from validation.planning.summary import HEADS
 
     place = out or Path("out") / f"plan-{vehicle}"
     with progress(f"planning for the {vehicle}"):
-        found = magbench.plan(
+        found = plan(
             vehicle,
             time_s,
             target=target,

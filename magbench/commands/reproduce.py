@@ -11,7 +11,7 @@ from magbench.arguments import ALL_PAPERS, complete_paper, known_paper
 from magbench.options import CORES, Jobs, Json
 
 
-def reproduce(
+def command(
     key: Annotated[
         str,
         typer.Argument(
@@ -30,11 +30,11 @@ def reproduce(
 
     Example: magbench reproduce li2017 -o out/li
     """
-    import magbench
+    from magbench.api.reproduce import reproduce
     from magbench.console import emit, progress, say, show_table
     from papers.report import as_dict
 
-    results = magbench.reproduce(key, out, seeds=seeds, jobs=jobs, reporting=progress)
+    results = reproduce(key, out, seeds=seeds, jobs=jobs, reporting=progress)
     if json:
         emit(as_dict(results))
     else:

@@ -27,7 +27,7 @@ FailIf = Annotated[
 ]
 
 
-def run(
+def command(
     scenario: ScenarioName,
     with_: With = None,
     exec_: Exec = None,
@@ -45,17 +45,18 @@ def run(
 
     Example: magbench run auv-dive -o out/dive --fail-if 'ellipsoid.heading_rms >= 0.1'
     """
-    import magbench
+    from magbench.api.run import run
     from magbench.arguments import split
     from magbench.console import end_with, progress, warn
+    from sim.scenario import load
     from validation.calibrating.fitting import not_applicable
 
-    spec = magbench.load(scenario, set_ or ())
+    spec = load(scenario, set_ or ())
     chosen: dict[str, Any] = {"with_": split(with_ or ""), "exec_": exec_ or (), "time_limit_s": time_limit_s}
     conditions = _conditions(fail_if or (), spec, **chosen)
     place = out or Path("out") / spec.name
     with progress(f"running {spec.name}") as report:
-        outcome = magbench.run(spec, place, **chosen, seed=seed, progress=report, warn=warn)
+        outcome = run(spec, place, **chosen, seed=seed, progress=report, warn=warn)
     failures = [failure for one in conditions if (failure := one.failure(outcome.scores))]
     failures += not_applicable(outcome.calibrations) if with_ or exec_ else []
     _show(outcome, place, failures, json)

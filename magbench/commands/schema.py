@@ -18,7 +18,7 @@ class SchemaKind(StrEnum):
     gates = "gates"
 
 
-def schema(
+def command(
     kind: Annotated[SchemaKind, typer.Argument(help="Of which kind of file.")] = SchemaKind.scenario,
     json: Json = False,
 ) -> None:

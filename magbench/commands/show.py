@@ -11,7 +11,7 @@ from magbench.options import Json
 from scenarios.errors import InputError
 
 
-def show(
+def command(
     path: Annotated[Path, typer.Argument(metavar="FILE", help="A recording.rrd, or a directory that holds one.")],
     web: Annotated[bool, typer.Option("--web", help="Serve it to a browser on this machine instead.")] = False,
     json: Json = False,

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from recordings import Manifest
 
 
-def simulate(
+def command(
     scenario: ScenarioName,
     out: Out = None,
     runs: Annotated[int, typer.Option(min=1, max=99_999, help="Number of runs.")] = 1,
@@ -32,17 +32,16 @@ def simulate(
 
     Example: magbench simulate auv-spiral -o data --runs 20 --seed 7
     """
-    import magbench
     from magbench.console import emit, progress, say, warn
+    from sim.dataset_writer import generate
+    from sim.scenario import load
     from sim.tracking import warning
 
-    spec = magbench.load(scenario, set_ or ())
+    spec = load(scenario, set_ or ())
     place = out or Path("out") / spec.name
     what = f"simulating {spec.name}" + (f", {runs} runs" if runs > 1 else "")
     with progress(what) as report:
-        manifest = magbench.generate(
-            spec, place, runs=runs, seed=seed, jobs=jobs, split=split, progress=report, warn=warn
-        )
+        manifest = generate(spec, place, runs=runs, seed=seed, jobs=jobs, split=split, progress=report, warn=warn)
     say(f"{place}: {_in_words(manifest)}")
     warn(warning([file.tracking for file in manifest.files]))
     if json:
