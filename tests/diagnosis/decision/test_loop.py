@@ -142,7 +142,7 @@ def test_what_is_undone_by_what_is_in_is_none(
 def test_what_has_a_window_is_not_settled_anew(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its window was found with it."""
     monkeypatch.setattr(AcceptedEffect, "columns", lambda *_: np.zeros((1500, 3, 1)))
-    monkeypatch.setattr(selection, "judge", lambda *_: _one(SoftIron, 1.0).evidence)
+    monkeypatch.setattr(selection, "judge_candidate", lambda *_: _one(SoftIron, 1.0).evidence)
     windowed, whole = _one(SoftIron, **{ACTIVE_WINDOW.name: (20.0, 50.0)}), _one(SoftIron)
     start, members = Baseline.of(POSED), {SoftIron.name: [Candidate(SoftIron)]}
     settled = _refit_settings(_one(MotorCurrent), [windowed, whole], members, start)

@@ -279,14 +279,14 @@ def test_look_alikes_gain_as_much_but_for_chance_and_an_error_of_form(
     ) -> list[CandidateFit]:
         return [one for one in others if best.gain - one.gain < max(chance, share * best.gain)]
 
-    monkeypatch.setattr(coloured_choice, "look_alikes", near)
+    monkeypatch.setattr(coloured_choice, "find_look_alikes", near)
     trial = CandidateTrial(_fit(best, 1000.0), inflation, coloured, 0.0, "", turned)
     name, alternatives = _told(trial, [_fit(other, gain)])
     assert {name, *alternatives} == ({best.name, other.name} if alike else {best.name})
 
 
 def test_where_an_error_of_the_attitude_does_as_well_it_is_a_look_alike(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(coloured_choice, "look_alikes", lambda *_: [])
+    monkeypatch.setattr(coloured_choice, "find_look_alikes", lambda *_: [])
     error = next(effect for effect in EFFECTS if effect.name in TURNS and effect is not RegionalField)
     ranking = [_evidence(), _evidence(error), _evidence(SoftIron)]
     for turned in (True, False):

@@ -44,7 +44,14 @@ def _flown(far_m: float, up_m: float, structure_nT: float, **changes: Any) -> An
     pos = np.outer([0.0, 1.0], [far_m, 0.0, up_m])
     state = SimpleNamespace(pos_enu_m=pos, field_enu_nT=np.array([0.0, 0.0, 5e4]))
     gap = SimpleNamespace(structure_nT=(structure_nT, 0.0), noise_nT=1.0)
-    posed = {"policy": STANDARD, "track": None, "relative": False, "still": False, "has": {"position"}, "state": state}
+    posed = {
+        "policy": STANDARD,
+        "track": None,
+        "relative": False,
+        "still": False,
+        "inputs": {"position"},
+        "state": state,
+    }
     problem = SimpleNamespace(**posed | {"recording": SimpleNamespace(channels={})} | changes)
     return SimpleNamespace(problem=problem, gap=gap, verdict=Verdict.UNKNOWN)
 
@@ -77,7 +84,7 @@ def test_a_path_is_long_where_the_field_changes_by_a_share_of_the_gap_and_by_the
     [
         ({}, True, True),
         ({"track": "known"}, False, False),
-        ({"has": set()}, False, False),
+        ({"inputs": set()}, False, False),
         ({"relative": True}, True, False),
         ({"still": True}, True, False),
     ],
