@@ -7,15 +7,15 @@ from typing import Any
 
 import pytest
 
-from benchmarks.diagnosis.lots import EACH, Pool, figures, wrong
+from benchmarks.diagnosis.lots import EACH, VehiclePool, figures, wrong
 from benchmarks.diagnosis.truth import EQUIVALENT
 from diagnosis.result import EvidenceKind
 
-POOLS = tuple(map(Pool, range(40)))
+POOLS = tuple(map(VehiclePool, range(40)))
 
 
 @pytest.mark.parametrize("pool", POOLS[:4])
-def test_every_lot_is_another_three_recordings(pool: Pool) -> None:
+def test_every_lot_is_another_three_recordings(pool: VehiclePool) -> None:
     lots = [tuple(zip(lot[::2], lot[1::2], strict=True)) for lot in pool.lots]
     assert len({frozenset(lot) for lot in lots}) == len(lots)
     assert all(len(set(lot)) == EACH for lot in lots)
@@ -33,12 +33,12 @@ def test_no_two_recordings_share_their_noise() -> None:
     assert max(seeds.values()) == 1
 
 
-def row(pool: Pool, lot: str, *names: str, reach: str = "transferred", how: str = "held-out") -> dict[str, Any]:
+def row(pool: VehiclePool, lot: str, *names: str, reach: str = "transferred", how: str = "held-out") -> dict[str, Any]:
     named = [[*names, reach, how]] if names else []
     return {"key": f"{pool.seed}/{lot}", "truths": pool.truths, "names": named}
 
 
-def hiding() -> tuple[Pool, str]:
+def hiding() -> tuple[VehiclePool, str]:
     """A pool whose first truth is an effect, and its name."""
     pool = next(one for one in POOLS if one.truths["A"][0] == "same")
     return pool, pool.truths["A"][1]
@@ -71,9 +71,9 @@ def test_iron_differs_only_where_two_recordings_are_disturbed() -> None:
 
 
 def test_an_attitude_that_walks_is_turned_as_a_field_with_an_error_is() -> None:
-    def with_field(colour: str) -> Pool:
+    def with_field(colour: str) -> VehiclePool:
         wanted = ("regional_field", colour)
-        return next(one for one in map(Pool, range(400)) if (one.truths["A"][1], one.truths["c"][1]) == wanted)
+        return next(one for one in map(VehiclePool, range(400)) if (one.truths["A"][1], one.truths["c"][1]) == wanted)
 
     pool, still = with_field("all"), with_field("flicker")
     assert wrong(row(pool, "A0c0p0", "regional_field", "attitude_misalignment")) == []
