@@ -113,10 +113,11 @@ def command(
 
 
 def _of_scenario(source: str, known: dict[str, Any], what_if: str | None, out: Path, json: bool) -> None:
-    from magbench.api.bound import bound, what_if
+    from magbench.api.bound import bound
+    from magbench.api.bound import what_if as bound_over
 
     if what_if:
-        _show_sweep(what_if(source, what_if, **known, out=out), out, json)
+        _show_sweep(bound_over(source, what_if, **known, out=out), out, json)
     else:
         _show(bound(source, **known), json)
 

@@ -50,7 +50,7 @@ def command(
     Example: magbench calibrate log.csv --map mag_x_nT=bx,unit=uT --with ellipsoid --field-strength-nT 48152
     """
     from magbench.api.calibrate import calibrate
-    from magbench.api.cross_validate import worth
+    from magbench.api.cross_validate import worth as cross_validation
     from magbench.console import end_with
     from validation.calibrating.fitting import not_applicable
 
@@ -69,7 +69,9 @@ def command(
     )
     gains = None
     if worth:
-        gains = worth(found.recording, found.reference.strength_nT, field_enu_nT=found.reference.field_enu_nT)
+        gains = cross_validation(
+            found.recording, found.reference.strength_nT, field_enu_nT=found.reference.field_enu_nT
+        )
     _show(found, gains, json)
     end_with(not_applicable(found) if named else [])
 

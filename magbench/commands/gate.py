@@ -63,7 +63,8 @@ def command(
 
     Example: magbench gate gates.toml -o out/gates --jobs 2
     """
-    from magbench.api.gate import gate, propose_gates, write_baseline
+    from magbench.api.gate import gate, propose_gates
+    from magbench.api.gate import write_baseline as record_baseline
     from magbench.console import emit, progress, say
     from scenarios.errors import InputError
 
@@ -77,7 +78,7 @@ def command(
     given: dict[str, Any] = {"seed": seed, "time_limit_s": time_limit_s, "jobs": jobs, "scheduler": scheduler}
     if write_baseline is not None:
         with progress("scores for a baseline") as report:
-            scores = write_baseline(gates, write_baseline, **given, progress=report)
+            scores = record_baseline(gates, write_baseline, **given, progress=report)
         say(f"{write_baseline}: {scores} scores")
         return emit({"scores": scores, "out": str(write_baseline)}) if json else None
     place = out or Path("out") / gates.stem
