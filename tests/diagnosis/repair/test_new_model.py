@@ -84,7 +84,7 @@ IN_PART = HardIron((5.0, 3.0, 1.0), active_s=(1.0, 9.0))
 
 def _patched(new: Effect, given: tuple[Effect, ...], model: Model | None = None, instead: bool = False) -> Scenario:
     done = (ReferenceCorrection("", "", np.array([1e3, 2e4, -4e4])),) if instead else ()
-    posed = replace(problem(recording(300), given), instead=done)
+    posed = replace(problem(recording(300), given), corrections=done)
     return patch_model(model or ModelSpec(), [NamedEffect(new, (), EvidenceKind.HELD_OUT, 100.0, 1.0)], posed)
 
 
