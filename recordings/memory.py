@@ -42,13 +42,16 @@ def raw_columns_of(data: object, *, time_s: ArrayLike | None = None, maps: Seque
     """
     if time_s is not None and isinstance(data, Frame | Mapping):
         raise InputError("is given beside columns", where="time_s", do="name the time_s column, or pass an array")
-    if isinstance(data, Frame):
-        return raw_columns(FRAME, _table(data), maps)
+    place, columns = FRAME, data
     if isinstance(data, Mapping):
-        return raw_columns(FRAME, _table({str(name): _column(str(name), one) for name, one in data.items()}), maps)
-    mag_nT = _field(data)
-    time = np.arange(len(mag_nT), dtype=np.float64) if time_s is None else _times(time_s, len(mag_nT))
-    return raw_columns(ARRAY, _table({"time_s": time, **dict(zip(mag_names(), mag_nT.T, strict=True))}), maps)
+        columns = {str(name): _column(str(name), values) for name, values in data.items()}
+    elif not isinstance(data, Frame):
+        place, columns = ARRAY, _array_columns(data, time_s)
+    try:
+        table = pa.table(columns)
+    except CONVERSION as error:
+        raise _unreadable(error, str(FRAME)) from None
+    return raw_columns(place, table, maps)
 
 
 def recording_in_memory(data: object, *, time_s: ArrayLike | None = None, maps: Sequence[str] = ()) -> Recording:
@@ -60,11 +63,11 @@ def recording_in_memory(data: object, *, time_s: ArrayLike | None = None, maps: 
     return recording_of(check_field(raw.path, check_columns(raw)))
 
 
-def _table(columns: object) -> pa.Table:
-    try:
-        return pa.table(columns)
-    except CONVERSION as error:
-        raise _unreadable(error, str(FRAME)) from None
+def _array_columns(data: object, time_s: ArrayLike | None) -> dict[str, Array]:
+    """Return time and field of an array (n, 3) as columns."""
+    mag_nT = _field(data)
+    time = np.arange(len(mag_nT), dtype=np.float64) if time_s is None else _times(time_s, len(mag_nT))
+    return {"time_s": time, **dict(zip(mag_names(), mag_nT.T, strict=True))}
 
 
 def _unreadable(error: Exception, where: str) -> InputError:
