@@ -1,4 +1,4 @@
-"""The array type of the annotations: float64 of any shape; each docstring states the shape."""
+"""The one array type of the annotations: float64 of any shape, which each docstring states."""
 
 from __future__ import annotations
 

@@ -63,16 +63,13 @@ def command(
 
     Example: magbench gate gates.toml -o out/gates --jobs 2
     """
-    from magbench.api.gate import gate, propose_gates
+    from magbench.api.gate import gate
     from magbench.api.gate import write_baseline as record_baseline
     from magbench.console import emit, progress, say
     from scenarios.errors import InputError
 
     if init is not None:
-        file = out or Path("gates.toml")
-        names = propose_gates(init, file)
-        say(f"{file}: {len(names)} gates; read what each costs, then: magbench gate {file}")
-        return emit({"gates": names, "out": str(file)}) if json else None
+        return _propose(init, out or Path("gates.toml"), json)
     if gates is None:
         raise InputError("no file of gates is named", where="GATES.toml", do="name one, or write one with --init")
     given: dict[str, Any] = {"seed": seed, "time_limit_s": time_limit_s, "jobs": jobs, "scheduler": scheduler}
@@ -88,6 +85,17 @@ def command(
     if found.failed:
         raise typer.Exit(1)
     return None
+
+
+def _propose(comparison: Path, file: Path, json: bool) -> None:
+    """Write a file of gates from a comparison."""
+    from magbench.api.gate import propose_gates
+    from magbench.console import emit, say
+
+    names = propose_gates(comparison, file)
+    say(f"{file}: {len(names)} gates; read what each costs, then: magbench gate {file}")
+    if json:
+        emit({"gates": names, "out": str(file)})
 
 
 def _show(found: GateResult, place: Path, gates: Path, json: bool) -> None:
