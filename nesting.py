@@ -109,7 +109,7 @@ def _sources(root: Path) -> list[Path]:
 
 
 def _nested_file(content: bytes, path: str) -> str:
-    """A file's nested source; a file that is no Python stays as it is, for the compiler to say so."""
+    """A file's nested source; invalid Python stays unchanged, and fails in the compiler."""
     try:
         return nested(content.decode())
     except SyntaxError:

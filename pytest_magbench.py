@@ -1,7 +1,7 @@
-"""The pytest plugin: the fixture `assert_accuracy`, and what the gates of a run came to at its end.
+"""The pytest plugin: the fixture `assert_accuracy`, and a summary of the gates at the end of a run.
 
-A module beside magbench, since pytest imports it in every project where magbench is installed: nothing of magbench is
-imported before a test asks for the fixture.
+A module outside magbench, since pytest imports it in every project where magbench is installed: nothing of magbench is
+imported before a test requests the fixture.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ VERDICTS = {"pass": "passed", "fail": "failed", "inconclusive": "inconclusive"}
 
 @pytest.fixture
 def assert_accuracy(request: pytest.FixtureRequest) -> Iterator[AssertAccuracy]:
-    """`magbench.testing.assert_accuracy`, whose gates are told of at the end of the run."""
+    """`magbench.testing.assert_accuracy`, with its gates listed at the end of the run."""
     from magbench import testing
 
     def listener(gate: dict[str, Any]) -> None:
@@ -35,7 +35,7 @@ def assert_accuracy(request: pytest.FixtureRequest) -> Iterator[AssertAccuracy]:
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """A line about all gates; with -v one a gate before it."""
+    """A line about all gates; with -v a line for each gate."""
     gates = list(_gates(terminalreporter.stats))
     if not gates:
         return

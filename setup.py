@@ -1,8 +1,8 @@
-"""How the distribution is built; all else about it is in pyproject.toml.
+"""Build of the distribution; its metadata is in pyproject.toml.
 
-The wheel holds the packages nested in magbench, see nesting.py, and the pytest plugin as a module of its own. The
-editable wheel holds the plugin, what finds the checkout's files at their place, and stubs for type checkers, which run
-no import hook.
+The wheel holds the packages nested in magbench, see nesting.py, and the pytest plugin as a separate module. The
+editable wheel holds the plugin, the import hook for the checkout's files, and stubs for type checkers, which run no
+import hook.
 """
 
 from __future__ import annotations

@@ -24,9 +24,10 @@ Progress = Callable[[str], object]
 def answer(
     question: Question, sources: Sequence[Source], confirm: Source | None = None, say: Progress = lambda what: None
 ) -> Diagnosis | PooledDiagnosis:
-    """Diagnose the sources: one by itself, several together, the sensors of one array side by side.
+    """Diagnose the sources: a single recording, several recordings together, or the sensors of an array.
 
-    confirm : a second recording in which the causes of a single one must hold too. say : called with each stage.
+    confirm : a second recording, in which the causes found in a single recording must hold too.
+    say : called with each stage.
     Raises InputError for files, columns, models and references that cannot be used.
     """
     if len(sources) == 1:

@@ -1,4 +1,4 @@
-"""The question that a diagnosis answers: the model, what is known of the field, and which channels drive motors."""
+"""The question of a diagnosis: the model, the known field, and the channels of motors."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ Field = tuple[Array | None, float | None]
 
 @dataclass(frozen=True)
 class Question:
-    """What is asked of every recording.
+    """The question put to every recording.
 
     model : compared with the recording; with `fitted_base` its hard and soft iron are unknown and fitted.
     field_enu_nT, strength_nT : the stated reference; None: the model's field, else the reference of the source.
@@ -67,7 +67,7 @@ class Question:
         return None if known.field_enu_nT is None else np.array(known.field_enu_nT), known.strength_nT
 
     def posed(self, source: Source, recording: Recording, known: Field) -> LinearProblem:
-        """The linear problem of a recording with its known field; InputError where they cannot be compared."""
+        """The linear problem of a recording with its known field; InputError where model and recording do not fit."""
         model = self.model_for(source)
         return pose_model(recording, model, *known, iron_known=not self.fitted_base, policy=self.policy)
 

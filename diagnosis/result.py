@@ -97,7 +97,7 @@ class NamedEffect:
 
     @property
     def transferable(self) -> bool:
-        """Whether the coefficients hold throughout a run, so that another recording can confirm them."""
+        """Whether the coefficients hold throughout a run, and a further recording can confirm them."""
         lasts = self.effect.active_s is None and not self.effect.traits.one_run
         return lasts and self.kind in FITTED
 
@@ -164,7 +164,7 @@ class Flight:
 
 @dataclass(frozen=True, repr=False)
 class Diagnosis:
-    """Report on one recording compared with one model.
+    """Diagnosis of a recording against a model.
 
     where: channels that the gap follows. absorbed: effects resembling iron on the motion. untested: effects whose
     causes are not recorded. doubts: why named effects were withdrawn. ranking: results of all candidates in the first

@@ -1,4 +1,4 @@
-"""Sources: the recordings that a diagnosis is about, each with its name and the reference that its file states."""
+"""Sources of a diagnosis: recordings before they are read, with their names and own references."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Stated = Callable[[float | None, Sequence[float] | None, str], Reference]
 class Source:
     """A recording before it is read.
 
-    name : distinguishes it from the other sources. place : file, for error messages. read, reference : see `Stated`.
+    name : unique among the sources. place : file, for error messages. read, reference : see `Stated`.
     run : of a dataset. sensor, reference_sensor : of an array, counted from 1.
     """
 

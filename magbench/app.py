@@ -39,7 +39,7 @@ EPILOG = (
 
 
 class SingleValueCommand(TyperCommand):
-    """A command that refuses an option for one value that is given again: the last would win without a word."""
+    """A command that refuses a repeated option of a single value; otherwise the last value would win silently."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """As every command does; raises InputError."""
@@ -116,7 +116,7 @@ def call(arguments: Sequence[str] | None = None) -> int:
 
 
 def _in_words(error: Exception) -> str:
-    """What is wrong and what to do about it; an error that is nobody's but the program's is raised again."""
+    """The message of an error with its remedy; a defect of the program is raised again."""
     from concurrent.futures.process import BrokenProcessPool
 
     match error:

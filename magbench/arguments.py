@@ -31,7 +31,7 @@ def known_scenario(name: str | None) -> str | None:
 
 
 def present(path: Path | None) -> Path | None:
-    """A file or directory that is there; raises InputError. Whether it can be read is for the reader to say."""
+    """An existing file or directory; raises InputError. Its contents are checked by its reader."""
     try:
         if path is not None:
             path.stat()
@@ -43,14 +43,14 @@ def present(path: Path | None) -> Path | None:
 
 
 def all_present(paths: list[Path]) -> list[Path]:
-    """Files and directories that are there; raises InputError."""
+    """Existing files and directories; raises InputError."""
     for path in paths:
         present(path)
     return paths
 
 
 def known_calibrators(text: str | None) -> str | None:
-    """Names with commas between them, module:object among them, which is left to who loads it; raises InputError."""
+    """Comma-separated names of calibrators; module:object is not checked here. Raises InputError."""
     if text is None:
         return None
     names, own = split(text), calibrator_names()

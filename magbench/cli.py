@@ -1,4 +1,4 @@
-"""The way in: it imports next to nothing, so that from the start on a signal ends the program with one line."""
+"""The entry point of the program: few imports, so that a signal ends even the start with one line."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ RESUMING = ("simulate", "run", "compare")
 
 
 class Terminated(BaseException):
-    """One of ENDING came: everything unwinds, so that nothing half-written stays."""
+    """A signal of ENDING arrived: every context exits, and no half-written file remains."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command; returns its exit status, for one that a signal ends 128 and the signal's number."""
+    """Run one command; returns its exit status, 128 plus the number of the signal after a signal."""
     try:
         with _ending_signals_raise():
             from magbench.app import call
@@ -36,7 +36,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _interrupted(number: int, arguments: Sequence[str] | None = None) -> int:
-    """One line that says whether the work done so far is of use to the same command."""
+    """Print whether the same command resumes or starts anew."""
     words = sys.argv[1:] if arguments is None else arguments
     what_next = "resumes" if words and words[0] in RESUMING else "starts anew"
     return refuse(f"interrupted; the same command {what_next}", 128 + number)
@@ -44,7 +44,7 @@ def _interrupted(number: int, arguments: Sequence[str] | None = None) -> int:
 
 @contextmanager
 def _ending_signals_raise() -> Iterator[None]:
-    """Within, ENDING raise Ended; one that is ignored, as under nohup, stays so."""
+    """Within, the signals of ENDING raise Terminated; ignored signals, as under nohup, stay ignored."""
     before = {number: signal.getsignal(number) for number in ENDING}
     heard = [number for number, handler in before.items() if handler != signal.SIG_IGN]
     try:

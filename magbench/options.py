@@ -1,4 +1,4 @@
-"""Options and arguments that several commands share, each with its help text, its check and its completion."""
+"""Shared options and arguments of the commands, each with help text, check and completion."""
 
 from __future__ import annotations
 

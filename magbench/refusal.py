@@ -1,4 +1,4 @@
-"""How the program says that it cannot go on."""
+"""The one line with which the program ends on wrong use or bad input."""
 
 from __future__ import annotations
 

@@ -89,7 +89,7 @@ def show_answer(found: Diagnosis | PooledDiagnosis) -> None:
 
 
 def show_together(found: PooledDiagnosis) -> None:
-    """Verdict, sentence, what to do next, each effect by recording, the gaps, and what changes in the model."""
+    """Verdict, sentence, next steps, each effect by recording, the gaps, and the change of the model."""
     show_text(diagnosis_headline(found) + "\n")
     for one in found.common:
         heads = [found.scope.noun, "", "parameter", "value", "low", "high", "unit"]
@@ -105,7 +105,7 @@ def show_together(found: PooledDiagnosis) -> None:
 
 
 def show_diagnosis(found: Diagnosis) -> None:
-    """Verdict, sentence, what to do next, effects, gap, and where it is short what changes in the model."""
+    """Verdict, sentence, next steps, effects, gap, and the change of the model where it is short."""
     show_text(diagnosis_headline(found) + "\n")
     heads = ["effect", "or", "parameter", "value", "low", "high", "unit"]
     rows = [

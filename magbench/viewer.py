@@ -1,4 +1,4 @@
-"""Opens the rerun viewer on a recording; what it serves is reachable from this machine alone."""
+"""Opens the rerun viewer on a recording, served to this machine alone."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A second recording: whether the coefficients that a diagnosis found hold there as they are."""
+"""Confirmation of a diagnosis by a second recording, with the coefficients of the first."""
 
 from __future__ import annotations
 
@@ -28,16 +28,18 @@ from sim.scenario import Model
 def confirmed(
     found: Diagnosis, second: Recording, model: Model, field_enu_nT: Array | None, strength_nT: float | None
 ) -> Diagnosis:
-    """The diagnosis with the evidence of each effect upgraded where the second recording bears it out.
+    """The diagnosis with each effect marked as transferred where the second recording confirms it.
 
-    Each recording has its own iron and a rest with its own colour, and says of the coefficients how large they are. An
-    effect is transferred where those of the first, as they are, explain the second, in nats over the inflation of their
-    error, and where those of the second agree with them. Where only the strength is known the second's iron is fitted
-    with the effects out. An event of one run is none that another could show, nor is an effect that acts in a part.
+    Each recording has its own iron, its own noise model, and its own estimate of the coefficients. An effect is
+    transferred where the coefficients of the first recording explain the second, in nats over the inflation of their
+    error, and agree with the estimate of the second. Where only the strength is known, the iron of the second recording
+    is fitted with the effects removed. Events of a single run and effects in a window cannot be confirmed.
     """
     whole = pose_model(second, model, field_enu_nT, strength_nT, policy=found.problem.policy)
-    effects = [effect for one in found.named if _lasts(one) for effect in one.effects if not effect.traits.absorbed]
-    problems = (found.problem, _beside_known(correct_reference(measured_rows(whole)[0]), effects))
+    effects = [
+        effect for one in found.named if _holds_throughout(one) for effect in one.effects if not effect.traits.absorbed
+    ]
+    problems = (found.problem, _without_known(correct_reference(measured_rows(whole)[0]), effects))
 
     def upgraded(one: NamedEffect) -> NamedEffect:
         if not one.transferable or found.problem.mode != problems[1].mode:
@@ -50,13 +52,13 @@ def confirmed(
     return replace(known, sentence=sentence_for(known), advice=advice_for(known))
 
 
-def _lasts(one: NamedEffect) -> bool:
-    """Whether a name has coefficients that hold all through a run."""
+def _holds_throughout(one: NamedEffect) -> bool:
+    """Whether an effect has coefficients for the whole run."""
     return one.kind in FITTED and one.effect.active_s is None
 
 
 def _joint(effect: Effect, others: Sequence[Effect], problems: Sequence[LinearProblem]) -> PooledCandidate:
-    """An effect asked of both recordings beside the others."""
+    """An effect fitted to both recordings, with the other effects in the baseline."""
     coloured_baselines = []
     for problem in problems:
         columns = [each for other in others if (each := columns_in(Candidate.of(other), problem)) is not None]
@@ -64,8 +66,8 @@ def _joint(effect: Effect, others: Sequence[Effect], problems: Sequence[LinearPr
     return PooledCandidate.of(Candidate.of(effect), coloured_baselines, problems, 1)
 
 
-def _beside_known(problem: LinearProblem, effects: Sequence[Effect]) -> LinearProblem:
-    """Without attitude the problem about iron that is fitted with the effects as they are out."""
+def _without_known(problem: LinearProblem, effects: Sequence[Effect]) -> LinearProblem:
+    """The problem with its iron fitted again after the effects are removed, in strength mode."""
     if problem.mode != "strength" or not effects:
         return problem
     total_nT = np.zeros((len(problem.recording), 3))

@@ -52,7 +52,7 @@ def apply_file(
     """Correct a file with one calibration of a calibration.json and write it to `out`, .parquet or .csv.
 
     name : of several calibrations. Returns the calibrator, the number of samples, and a warning where the calibration
-    is unobservable. Raises InputError for files that cannot be used, and for an `out` that would replace its source.
+    is unobservable. Raises InputError for unusable files, and for an `out` equal to its source.
     """
     from validation.calibrating.calibration_file import apply_file as corrected_file
 

@@ -43,7 +43,7 @@ def bound(
     coloured, overrides : of a scenario: with its flicker noise and random walk; values changed.
     tilt_limits : roll and pitch, degrees: the best of all motions within them is computed too.
 
-    Raises InputError for a source that cannot be used, and for knowledge that it does not hold.
+    Raises InputError for an unusable source, and for knowledge without its data.
     """
     from magbench.api.planning_results import BoundResult
     from sim.scenario import Scenario

@@ -81,7 +81,7 @@ def recording_from(
 
 
 def path_of(data: str | PathLike[str]) -> Path:
-    """The path of a file or directory that is there."""
+    """The path of an existing file or directory."""
     path = Path(data)
     present(path)
     return path
@@ -110,7 +110,7 @@ def stated_field(
 
 
 def scenario_from(scenario: str | PathLike[str] | Scenario, overrides: Sequence[str]) -> Scenario:
-    """A scenario by its name or file, with overrides, or as it is; InputError for one that is not there."""
+    """A scenario by its name or file, with overrides, or as it is; InputError for an unknown one."""
     from sim.scenario import Scenario, load
 
     if not isinstance(scenario, Scenario):

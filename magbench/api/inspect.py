@@ -25,7 +25,7 @@ def inspect(
     run: int = 0,
     out: str | PathLike[str] | None = None,
 ) -> InspectionResult:
-    """Report what a recording holds, what it is fit for and what is odd; data as in `calibrate`.
+    """Report the contents of a recording, the calibrations it suffices for, and its faults; data as in `calibrate`.
 
     out : directory for report.html and inspect.json. Raises InputError for data that cannot be read.
     """

@@ -38,7 +38,7 @@ def plan(
     """The manoeuvre that calibrates a vehicle best in a time; with `after` the legs that go on from a recording.
 
     vehicle : a name of `magbench list vehicles`, or "hand". target : "offset_rms_nT=2" and the like: the shortest that
-        reaches it. like : field, sensor and errors. trials : flights that confirm it, on `jobs` processes.
+        reaches it. like : field, sensor and errors. trials : confirming flights, on `jobs` processes.
     out : directory for the scenario, plan.json and report.html; by default none is written.
 
     The result's `scenario` is what `magbench.run` flies. Raises InputError for an unknown vehicle or figure.

@@ -68,7 +68,7 @@ class WhatIfResult(WhatIf, Displayed):
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class PlanResult(Plan, Displayed):
-    """The manoeuvre that calibrates a vehicle best, and the scenario that flies it; `written`: plan.json."""
+    """The best calibration manoeuvre of a vehicle with its scenario; `written`: plan.json."""
 
     written: dict[str, Any] | None = None
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 def simulate(
     scenario: str | Path | Scenario, *, overrides: Sequence[str] = (), seed: int | None = None
 ) -> tuple[Recording, Truth]:
-    """One run of a scenario, by name, file or `magbench.load`: what the instrument gives, and the truth beside it.
+    """One run of a scenario, by name, file or `magbench.load`: the recording and its truth.
 
     overrides : `effects.white_noise.std_nT=[5,5,5]` and the like. `magbench.generate` writes many runs to files.
     """

@@ -31,8 +31,8 @@ Measured = Annotated[
     list[Path],
     typer.Argument(
         metavar="DATA...",
-        help="Recordings: dataset directories with all their runs, runs, or Parquet or CSV logs. Of several it is told "
-        "what holds in all of them with one coefficient, and what does not.",
+        help="Recordings: dataset directories with all their runs, runs, or Parquet or CSV logs; several are diagnosed "
+        "together.",
         callback=all_present,
     ),
 ]
@@ -63,8 +63,9 @@ def command(
 ) -> None:
     """Find where a recording and a model disagree, name the missing effect, show that the gap shrinks.
 
-    Of several recordings: what holds in all of them, what does not transfer, what one alone shows. Of an array: every
-    sensor, and what differs between them, or one, as by --sensor 2; --reference-sensor 2 compares with that one.
+    Several recordings are diagnosed together: effects with common coefficients, effects whose coefficients differ, and
+    effects of a single recording. The sensors of an array are diagnosed each, and compared; --sensor 2 selects a
+    sensor, --reference-sensor 2 takes its reading for the field.
     Exit status 1 where a gap was found and not explained.
 
     Example: magbench diagnose monday.parquet tuesday.parquet friday.parquet --model auv-dive -o out/diagnosis

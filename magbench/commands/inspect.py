@@ -17,7 +17,7 @@ def command(
     out: Annotated[Path | None, typer.Option("--out", "-o", help="Directory for report.html and inspect.json.")] = None,
     json: Json = False,
 ) -> None:
-    """Report what a recording holds, what it is fit for and what is odd: rates, units, motion, noise, faults.
+    """Report rates, units, motion, noise and faults of a recording, and the calibrations it suffices for.
 
     Example: magbench inspect log.csv --map time_s=t,unit=ms --map mag_x_nT=bx,unit=uT -o out/look
     """

@@ -1,4 +1,4 @@
-"""`magbench list`: what there is, with a line each."""
+"""`magbench list`: effects, calibrators, scenarios, vehicles, sensors with a line each."""
 
 from __future__ import annotations
 

@@ -73,7 +73,7 @@ def command(
 ) -> None:
     """Plan the manoeuvre that calibrates a vehicle best in a time, or the shortest that is good enough; fly it.
 
-    It is written as a scenario that `run` flies, and set beside the limit that its tilts allow any motion.
+    The manoeuvre is written as a scenario for `run`, and compared with the limit of all motions within its tilts.
 
     Example: magbench plan auv --time 600 --target offset_rms_nT=8 -o out/plan
     """

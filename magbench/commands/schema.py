@@ -1,4 +1,4 @@
-"""`magbench schema`: the JSON Schema of the files that others write."""
+"""`magbench schema`: the JSON Schema of scenario, gate and calibration files."""
 
 from __future__ import annotations
 
