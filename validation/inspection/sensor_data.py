@@ -13,6 +13,7 @@ from calib import Calibration, Reference, get
 from calib.numerics.noise import white_noise
 from recordings import Recording
 from recordings.checks import FIELD_RANGE_NT
+from recordings.streams import Interpolation, interpolated
 from recordings.units import UNITS, likely_unit
 from scenarios.arrays import Array
 from validation.inspection.log import Series
@@ -117,11 +118,10 @@ def attitude_of(series: Series) -> Array | None:
     q = series.att_q[known]
     keep = runs(q)[0] if stale(q) else np.arange(len(q))
     nodes = q[keep] / np.linalg.norm(q[keep], axis=1, keepdims=True)
-    signs = np.cumprod(np.r_[1.0, np.where(np.sum(nodes[1:] * nodes[:-1], axis=1) < 0, -1.0, 1.0)])
     at_s = series.time_s[known][keep]
-    filled = np.column_stack([np.interp(series.time_s, at_s, column) for column in (nodes * signs[:, None]).T])
+    filled = interpolated(series.time_s, at_s, nodes, Interpolation.CHORD)
     filled[(series.time_s < at_s[0]) | (series.time_s > at_s[-1])] = np.nan
-    return np.asarray(filled / np.linalg.norm(filled, axis=1, keepdims=True))
+    return np.asarray(filled)
 
 
 def _unit(series: Series) -> str:
