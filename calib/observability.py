@@ -43,7 +43,7 @@ def remedy_text(direction: Array) -> str:
 def unobservable(direction: Array, why: str) -> Status:
     """Status for an offset not observable along a body direction (3,)."""
     return Status(
-        "unobservable", f"the offset along {axis_text(direction)} cannot be told: {why}; {remedy_text(direction)}"
+        "unobservable", f"the offset along {axis_text(direction)} cannot be determined: {why}; {remedy_text(direction)}"
     )
 
 

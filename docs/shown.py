@@ -50,7 +50,7 @@ Given = TypeVar("Given")
 
 def draw_first_look(place: Path) -> MplFigure:
     """The directions that the first sensor of a directory's recording has seen."""
-    return draw_coverage(inspect_file(place).looks[0])
+    return draw_coverage(inspect_file(place).sensors[0])
 
 
 @dataclass(frozen=True)

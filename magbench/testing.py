@@ -5,7 +5,7 @@
 >>> found.verdict, found.decision.trials
 ('pass', 9)
 
-With pytest the fixture `assert_accuracy` is the same function, and the end of the run tells of its gates.
+With pytest the fixture `assert_accuracy` is the same function, and the end of the run lists its gates.
 """
 
 from __future__ import annotations

@@ -158,7 +158,7 @@ def _loose(covariance: Array | None, names: tuple[str, ...], strength_nT: float)
     """Unobservable when a parameter of any sensor is less certain than MAX_STD_FRACTION of the field, or of 1."""
     remedy = "turn the array about all three axes, through larger angles"
     if covariance is None:
-        return Status("unobservable", f"the array's parameters cannot be told apart: {remedy}")
+        return Status("unobservable", f"the array's parameters cannot be distinguished: {remedy}")
     unit = [
         strength_nT if name.startswith("offset") else 1.0 if name.startswith("scale") else math.degrees(1.0)
         for name in names

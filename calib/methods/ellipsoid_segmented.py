@@ -34,7 +34,8 @@ class EllipsoidSegmented(Calibrator):
     of the field. Cuts that the exact fits do not bear out by the same criterion are then taken back. White noise is
     meant: coloured noise gives cuts, raise `penalty` there.
     `segments` of the result has b_k and S_k^-1, and `apply` switches by time. Its offset_nT and matrix, and their
-    covariance, are those of the mean of b_k and S_k over all samples. A given segment that cannot be told is a failure.
+    covariance, are those of the mean of b_k and S_k over all samples. The fit fails if a given segment cannot be
+    determined.
     """
 
     name: ClassVar[str] = "ellipsoid_segmented"
@@ -149,7 +150,7 @@ def _borne_out(recording: Recording, reference: Reference, pieces: list[Piece], 
 
 
 def _loss_nT2(joined: Piece, left: Piece, right: Piece) -> float:
-    """Cost of one fit above that of two; none where a half cannot be told."""
+    """Cost of one fit above that of two; none where a half cannot be determined."""
     if np.isinf(left.cost_nT2) or np.isinf(right.cost_nT2):
         return 0.0
     return joined.cost_nT2 - left.cost_nT2 - right.cost_nT2

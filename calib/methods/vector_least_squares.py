@@ -64,8 +64,8 @@ class VectorLeastSquares(Calibrator):
     def _collinear_text(self) -> str:
         if self.eddy:
             return (
-                "the eddy term cannot be told from S: at a constant rate about one axis dh/dt is a fixed matrix "
-                "times h; vary the rate and turn about more axes"
+                "the eddy term cannot be distinguished from S: at a constant rate about one axis dh/dt is a fixed "
+                "matrix times h; vary the rate and turn about more axes"
             )
         return "the columns of h are not independent; turn about more axes"
 

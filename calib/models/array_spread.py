@@ -22,7 +22,7 @@ STEP = 1e-5
 class Spread:
     """Noise on each axis and root of the objective, both over F; covariance (q, q) of a vector's free parameters.
 
-    The covariance is None when the parameters cannot be told apart.
+    The covariance is None when the parameters cannot be distinguished.
     """
 
     noise: float
@@ -51,7 +51,7 @@ class Spread:
 
 
 def _inverse_information(jacobian: Array) -> Array | None:
-    """H^-1 (q, q) of Jacobians (n, r, q), a sample's mean; None when the parameters cannot be told apart."""
+    """H^-1 (q, q) of Jacobians (n, r, q), a sample's mean; None when the parameters cannot be distinguished."""
     rows = jacobian.reshape(-1, jacobian.shape[2])
     H = rows.T @ rows / len(jacobian)
     size = np.sqrt(np.diag(H)) + np.finfo(float).tiny

@@ -29,7 +29,7 @@ def advised(diagnosis: Diagnosis) -> Diagnosis:
     """Add the leg to fly next to the advice of a diagnosis; unchanged where there is none."""
     flight_advice = advise_flight(diagnosis)
     remarks = [
-        f"No leg that the simulator can fly tells {listed([name, *others])} apart."
+        f"No leg that the simulator can fly distinguishes {listed([name, *others])}."
         for name, others in _inseparable_by_name(flight_advice)
     ]
     if flight_advice.next is None:
@@ -70,8 +70,8 @@ class NextFlight:
             "" if self.window is None else ", with what acted from {:.0f} s to {:.0f} s at work".format(*self.window)
         )
         return (
-            f"fly {self.leg.words}{acting} (next.toml): {digits(minutes)} min tell {self.name} from {self.other} by "
-            f"{digits(self.nats)} nats, by the simulator; {_minutes(self.needed_s)} needed"
+            f"fly {self.leg.words}{acting} (next.toml): {digits(minutes)} min distinguish {self.name} from "
+            f"{self.other} by {digits(self.nats)} nats, by the simulator; {_minutes(self.needed_s)} needed"
         )
 
 

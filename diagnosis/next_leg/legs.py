@@ -100,7 +100,7 @@ def legs_of(model: Scenario) -> list[CandidateLeg]:
 def repeated(leg: CandidateLeg, times: int) -> Scenario:
     """The scenario of a leg flown several times."""
     phases = leg.scenario.phases * times
-    return leg.scenario.model_copy(update={"phases": phases, "name": "next", "summary": f"To tell apart: {leg.words}"})
+    return leg.scenario.model_copy(update={"phases": phases, "name": "next", "summary": f"To distinguish: {leg.words}"})
 
 
 def _with(model: Scenario, phases: Sequence[Phase]) -> Scenario | None:

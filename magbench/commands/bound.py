@@ -21,7 +21,7 @@ Source = Annotated[
 Knowledge = Annotated[
     Literal["norm", "norm+gyro", "norm+gyro+accel", "vector", "vector+eddy"],
     typer.Option(
-        help="What a method is told of the field: strength, with a gyro, or the whole vector; +eddy: 21 parameters."
+        help="Knowledge of the method: the field strength, with a gyro, or the field vector; +eddy: 21 parameters."
     ),
 ]
 Noise = Annotated[
@@ -84,7 +84,7 @@ def command(
     out: Report = None,
     json: Json = False,
 ) -> None:
-    """Tell the Cramer-Rao bound: the least errors of offset, matrix, heading; and what is not observable.
+    """Compute the Cramer-Rao bound: the least errors of offset, matrix and heading, and what is not observable.
 
     Example: magbench bound auv-spiral --what-if roll_amplitude_deg=0:30:5
     """

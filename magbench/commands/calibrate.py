@@ -25,7 +25,7 @@ Export = Annotated[
 ]
 AskWorth = Annotated[
     bool,
-    typer.Option("--worth", help="Also tell whether soft iron, eddy currents, temperature predict unseen legs better."),
+    typer.Option("--worth", help="Also test whether soft iron, eddy currents, temperature predict unseen legs better."),
 ]
 
 
@@ -43,9 +43,9 @@ def command(
     worth: AskWorth = False,
     json: Json = False,
 ) -> None:
-    """Calibrate a recording and print offset and matrix; by sphere and ellipsoid, unless --with or --exec say by whom.
+    """Calibrate a recording and print offset and matrix; by sphere and ellipsoid, unless --with or --exec is given.
 
-    Status 1 where one who is named was not applicable.
+    Status 1 where a calibrator of --with or --exec was not applicable.
 
     Example: magbench calibrate log.csv --map mag_x_nT=bx,unit=uT --with ellipsoid --field-strength-nT 48152
     """

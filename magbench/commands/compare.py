@@ -27,7 +27,8 @@ RankBy = Annotated[
     str | None, typer.Option(metavar="SCORE", help="The score that decides.  [default: that which `run` ranks by]")
 ]
 ReferenceName = Annotated[
-    str | None, typer.Option("--reference", metavar="NAME", help="Who ratios are to.  [default: the best]")
+    str | None,
+    typer.Option("--reference", metavar="NAME", help="The calibrator that ratios refer to.  [default: the best]"),
 ]
 
 
@@ -50,7 +51,7 @@ def command(
 ) -> None:
     """Compare calibrators over many trials of a scenario; repeat the command to resume or to add trials.
 
-    Who calibrates is given by --with and --exec, else by the scenario.
+    The calibrators are those of --with and --exec, else the scenario's.
 
     Example: magbench compare quad-calibration --trials 100 --with ellipsoid,sphere --sweep noise_std_nT=5,50 -o out/c
     """

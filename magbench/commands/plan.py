@@ -40,7 +40,7 @@ Like = Annotated[
 ]
 Knowledge = Annotated[
     Literal["norm", "norm+gyro", "vector"],
-    typer.Option(help="What a method is told of the field: its strength, with or without a gyro, or all of it."),
+    typer.Option(help="Knowledge of the method: the field strength, with or without a gyro, or the field vector."),
 ]
 TiltLimits = Annotated[
     str | None,

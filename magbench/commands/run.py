@@ -40,8 +40,8 @@ def command(
 ) -> None:
     """Simulate a scenario, calibrate, score against the truth, write report and recording.
 
-    Who calibrates is given by --with and --exec, else by the scenario. Status 1 where a condition of --fail-if holds,
-    and where one who is named was not applicable.
+    The calibrators are those of --with and --exec, else the scenario's. Status 1 where a condition of --fail-if
+    holds, and where a calibrator of --with or --exec was not applicable.
 
     Example: magbench run auv-dive -o out/dive --fail-if 'ellipsoid.heading_rms >= 0.1'
     """

@@ -57,7 +57,7 @@ def test_without_a_field_everything_that_would_tell_it_is_said(measured: Path) -
 
 
 def test_a_recording_does_not_confirm_itself(measured: Path) -> None:
-    with pytest.raises(InputError, match="--confirm: the field is the same"):
+    with pytest.raises(InputError, match="--confirm: both recordings have the same field samples"):
         diagnosed(measured, None, measured, **FIELD)
 
 

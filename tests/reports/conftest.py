@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from tests.validation.conftest import flight, model, own
+from tests.diagnosis.conftest import flight, model, own
 
 __all__ = ["flight", "model", "own"]

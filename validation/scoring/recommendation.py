@@ -123,10 +123,9 @@ def _closer(
 ) -> tuple[str, ...]:
     """Return a sentence for each failed calibrator with a smaller error than the recommended calibrator."""
     than = "no correction" if other.name == UNCORRECTED else other.name
-    unit = SCORE_DEFINITIONS[by].unit
     return tuple(
-        f"{one.name} has a smaller error here than {than}, {quantity(one.error(by), unit)}, but reports that "
-        f"{_failure_reason(one, failed)}, so it cannot be known beforehand"
+        f"{one.name} has a smaller error here than {than}, {quantity(one.error(by), SCORE_DEFINITIONS[by].unit)}, but "
+        f"reports that {_failure_reason(one, failed)}, so it cannot be known beforehand"
         for one in unusable
         if one.error(by) < other.error(by) < math.inf
     )

@@ -99,7 +99,7 @@ def test_iron_that_leaves_more_than_before_is_not_taken(monkeypatch: pytest.Monk
     posed = pose(given, None, float(np.hypot(0.42, 0.9075) * FIELD_NT), ())
     others = frozenset(BY_NAME) - {MotorCurrent.name}
     once = select(posed, others)
-    monkeypatch.setattr(jointly, "about", worse)
+    monkeypatch.setattr(jointly, "refit_iron", worse)
     again = select_jointly(posed, others)
     assert np.array_equal(again.end.residual(), once.end.residual())
 

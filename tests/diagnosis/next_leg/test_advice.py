@@ -171,7 +171,7 @@ def test_what_no_leg_tells_apart_is_said_with_or_without_one(
     monkeypatch.setattr(advice, "advise_flight", lambda found: FlightAdvice(leg, same))
     told = advised(Told())  # type: ignore[arg-type]
     first = [f"Next, {leg.words}."] if leg else []
-    said = ["No leg that the simulator can fly tells one and b apart."] if same else []
+    said = ["No leg that the simulator can fly distinguishes one and b."] if same else []
     assert told.advice == (*first, *said, "as before")
     assert (told.next_flight is not None) is flown
 

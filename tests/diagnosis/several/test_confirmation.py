@@ -40,7 +40,7 @@ def test_only_the_same_coefficients_are_borne_out(attitude: bool, share: float, 
     second = flight(motor(share), attitude, 9)
     known = confirmed(first(attitude), second, MODEL, FIELD_ENU_NT if attitude else None, STRENGTH_NT)
     assert [(one.name, str(one.transfer)) for one in known.named] == [("motor_current", evidence)]
-    assert ("does not bear out motor_current" in " ".join(known.advice)) is (evidence == "single-run")
+    assert ("does not confirm motor_current" in " ".join(known.advice)) is (evidence == "single-run")
     assert ("not confirmed by the second recording" in known.sentence) is (evidence == "single-run")
     assert "confirmed by the second recording" in known.sentence
 

@@ -49,7 +49,7 @@ def each_once() -> Iterator[None]:
                 seen[id(problem)] = examine(problem, *given)
             return seen[id(problem)]
 
-        patch_model.setattr(workflow, "examined", once)
+        patch_model.setattr(workflow, "examine", once)
         yield
 
 
@@ -138,11 +138,11 @@ def test_nothing_is_found_where_nothing_is() -> None:
 
 
 def test_one_recording_is_not_several() -> None:
-    with pytest.raises(InputError, match="nothing to be held against"):
+    with pytest.raises(InputError, match="a single recording cannot be compared"):
         together({})
 
 
 def test_a_recording_is_not_held_against_itself() -> None:
     problem = problem_of("{}", 0)
-    with pytest.raises(InputError, match="first, second: the field is the same in every sample"):
+    with pytest.raises(InputError, match="first, second: both recordings have the same field samples"):
         diagnose_together(NAMES[:2], [problem, problem], MODEL)

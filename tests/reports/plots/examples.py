@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from diagnosis.result import Diagnosis, How
+from diagnosis.result import Diagnosis, EvidenceKind
 from diagnosis.several.result import PooledDiagnosis
 from diagnosis.several.workflow import diagnose_together
 from papers.ding2021 import figures as ding2021
@@ -65,7 +65,7 @@ LEGS: Any = SimpleNamespace(
     legs=(LEG, LEG), idle=LEG, task=SimpleNamespace(goal=SimpleNamespace(short="offset", unit="nT"))
 )
 CURVE: Any = SimpleNamespace(
-    named=[SimpleNamespace(effect=CHANNEL_EFFECT, how=How.CURVE, covariance=np.eye(9))],
+    named=[SimpleNamespace(effect=CHANNEL_EFFECT, kind=EvidenceKind.CURVE, covariance=np.eye(9))],
     problem=SimpleNamespace(mode="strength"),
 )
 

@@ -107,7 +107,7 @@ def test_of_a_scenario_as_it_states_them_in_words_and_as_json() -> None:
 
 def test_what_counts_white_noise_alone_says_so() -> None:
     known = replace(of_motion("full", 100), colour=FLICKER, field_enu_nT=np.array([0.0, 2e4, -4e4]))
-    with pytest.raises(InputError, match="white noise alone"):
+    with pytest.raises(InputError, match="only white noise"):
         Bound.of(known, "norm+gyro")
     with pytest.raises(InputError, match="order of the samples"):
         limit(known, "norm", Tilts(5.0, 5.0))

@@ -76,7 +76,7 @@ def test_a_steady_level_turn_does_not_tell_eddy_currents_from_soft_iron() -> Non
 
 def test_without_turns_nothing_tells_the_rate() -> None:
     known = replace(of_motion("full", 200), turns=None)
-    with pytest.raises(InputError, match="how fast"):
+    with pytest.raises(InputError, match="rate of the field is unknown"):
         Bound.of(known, "vector+eddy")
 
 

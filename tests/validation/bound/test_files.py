@@ -65,5 +65,5 @@ def test_a_level_turn_is_a_bound_and_no_error(tmp_path: Path) -> None:
 def test_without_turns_there_is_no_gyro(tmp_path: Path) -> None:
     write_recording(replace(standard.recording("full", 0), att_q=None, gyro_rad_s=None), tmp_path / "log.parquet")
     known = recording_experiment(tmp_path / "log.parquet", strength_nT=STRENGTH_NT)
-    with pytest.raises(InputError, match="no gyro"):
+    with pytest.raises(InputError, match="neither gyro nor attitude"):
         Bound.of(known, "norm+gyro")

@@ -40,13 +40,13 @@ def test_the_spread_of_the_strength_before_and_after() -> None:
 
 
 def test_a_level_turn_is_enough_for_none() -> None:
-    """The offset across a plane cannot be told from the strength; and the reason says what to turn."""
+    """The offset across a plane cannot be distinguished from the strength; and the reason says what to turn."""
     turn = np.linspace(0, 6 * np.pi, SAMPLES)
     flat = np.column_stack([20_000 * np.cos(turn), 20_000 * np.sin(turn), np.full(SAMPLES, 40_000.0)])
     found = calibration_findings(sensor_data(MOTION.time_s, flat + noise(SAMPLES, STD_NT)))
     whole = one(found, "enough_for")
     assert whole.level == "warning"
-    assert "cannot be told: the measurements lie in a plane" in whole.text
+    assert "cannot be determined: the measurements lie in a plane" in whole.text
     assert one(found, "enough_for_sphere").value["status"] == "unobservable"
     assert "do not suffice" in one(found, "enough_for_ellipsoid").text
 

@@ -12,7 +12,7 @@ from validation.scoring.scores import Score
 
 OK = Status("ok")
 LOOSE = Status("not_converged", "the start still weighs: 0.4; record longer")
-UNSEEN = Status("unobservable", "the offset along body z cannot be told: level turns alone; pitch further")
+UNSEEN = Status("unobservable", "the offset along body z cannot be determined: level turns alone; pitch further")
 
 
 def level(error_nT: float, heading_deg: float | None = None, turned: bool = False) -> list[Score]:

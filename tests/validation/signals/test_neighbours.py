@@ -9,8 +9,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from diagnosis.evidence.baseline import Baseline
-from diagnosis.evidence.held_out import judged_at
-from diagnosis.library.candidates import proposed
+from diagnosis.evidence.held_out import judge_settings
+from diagnosis.library.candidates import propose_candidates
 from recordings import Recording
 from sim.effects import EFFECTS
 from tests.diagnosis.synthetic import FIELD_ENU_NT, problem, recording
@@ -75,6 +75,6 @@ def _with_rests(error_deg: float, seed: int) -> Recording:
 def test_a_narrow_loop_does_not_explain_the_attitude_s_own_noise(error_deg: float, seed: int) -> None:
     """By the samples as they are it does, with 11 to 69 nats: inside a loop it is the noise itself."""
     posed = problem(_with_rests(error_deg, seed))
-    found = judged_at(Baseline.of(posed), [proposed(posed)[LOOP.name][0]])
+    found = judge_settings(Baseline.of(posed), [propose_candidates(posed)[LOOP.name][0]])
     assert found is not None
     assert found.nats < posed.policy.apart
