@@ -45,8 +45,8 @@ class VectorLmCalibrator(Calibrator):
         if (size == 0).any() or np.linalg.cond(H / size) > MAX_CONDITION:
             return Status(
                 "unobservable",
-                "the eddy term cannot be distinguished from A and T_p on this motion: vary the rate and turn about more "
-                "axes",
+                "the eddy term cannot be distinguished from A and T_p on this motion: vary the rate and turn about "
+                "more axes",
             )
         found = self._minimum(H, y, 1.0 / size)
         status = Status.settled(found.status > 0, f"{found.nfev} evaluations were not enough: raise max_evaluations")
