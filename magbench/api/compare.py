@@ -29,7 +29,7 @@ def compare(
     reference: str | None = None,
     exec_: Sequence[str] = (),
     time_limit_s: float | None = None,
-    jobs: int = 1,
+    jobs: int | None = None,
     scheduler: str | None = None,
     progress: Progress = lambda done, total: None,
 ) -> ComparisonResult:
@@ -39,7 +39,8 @@ def compare(
         default the scenario's. sweep : `noise_std_nT=1,5,10` and the like, values of the scenario to compare at.
     until : `median offset_error_nT +-5%`: stop as soon as every median is known so well.
     rank_by : the score that decides. reference : the calibrator that ratios are to; by default the best.
-    jobs : processes; scheduler : address of a Dask cluster, `tcp://host:8786`. Neither changes a figure.
+    jobs : processes; by default this process alone. scheduler : address of a Dask cluster, `tcp://host:8786`. Neither
+        changes a figure. A script that gives jobs calls this function below `if __name__ == "__main__":`.
     out : directory for report.html, trials.parquet, comparison.json and recordings.
 
     Raises InputError for a bad scenario, sweep or score, an unknown calibrator, and an `out` of another comparison.

@@ -20,7 +20,7 @@ def gate(
     seed: int | None = None,
     time_limit_s: float | None = None,
     strict: bool = False,
-    jobs: int = 1,
+    jobs: int | None = None,
     scheduler: str | None = None,
     progress: Progress = lambda done, total: None,
 ) -> GateResult:
@@ -51,7 +51,7 @@ def write_baseline(
     *,
     seed: int | None = None,
     time_limit_s: float | None = None,
-    jobs: int = 1,
+    jobs: int | None = None,
     scheduler: str | None = None,
     progress: Progress = lambda done, total: None,
 ) -> int:

@@ -168,12 +168,14 @@ def tilts_from(limits: tuple[float, float] | str | None) -> Tilts | None:
     return Tilts.parsed(limits, "--tilt-limits") if isinstance(limits, str) else Tilts.checked(*limits, "--tilt-limits")
 
 
-def engine(scheduler: str | None, jobs: int) -> Engine:
-    """The engine that computes trials: a Dask cluster, else processes of this machine."""
+def engine(scheduler: str | None, jobs: int | None) -> Engine:
+    """The engine that computes trials: a Dask cluster, processes of this machine, or without `jobs` this process."""
     from validation.comparison.cluster import Cluster
-    from validation.comparison.engine import ProcessEngine
+    from validation.comparison.engine import ProcessEngine, SerialEngine
 
-    return Cluster(scheduler) if scheduler else ProcessEngine(jobs)
+    if scheduler:
+        return Cluster(scheduler)
+    return SerialEngine() if jobs is None else ProcessEngine(jobs)
 
 
 def _number(where: str, value: object) -> float:

@@ -7,7 +7,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from magbench.api.inputs import Data, in_keywords, recording_from, reference_from, scenario_from, tilts_from
+from magbench.api.inputs import Data, engine, in_keywords, recording_from, reference_from, scenario_from, tilts_from
 
 if TYPE_CHECKING:
     from magbench.api.planning_results import OnwardResult, PlanResult
@@ -30,7 +30,7 @@ def plan(
     noise_std_nT: float | None = None,
     field_enu_nT: Sequence[float] | None = None,
     trials: int = 0,
-    jobs: int = 1,
+    jobs: int | None = None,
     overrides: Sequence[str] = (),
     maps: Sequence[str] = (),
     out: str | PathLike[str] | None = None,
@@ -59,12 +59,13 @@ def plan(
     return plan_result(found, None if out is None else write_plan(found, Path(out)))
 
 
-def _from_start(task: PlanningTask, most_s: float, size: float | None, trials: int, jobs: int) -> Plan | LegSequence:
-    from validation.comparison.engine import ProcessEngine
+def _from_start(
+    task: PlanningTask, most_s: float, size: float | None, trials: int, jobs: int | None
+) -> Plan | LegSequence:
     from validation.planning.plan import planned
 
     found = planned(task, most_s, size)
-    return found.checked(trials, ProcessEngine(jobs)) if trials else found
+    return found.checked(trials, engine(None, jobs)) if trials else found
 
 
 def _after(

@@ -15,7 +15,7 @@ import pytest
 import magbench
 from magbench import InputError
 from magbench.api.results import CalibrationResult, Displayed
-from recordings import Recording
+from recordings import Recording, write_recording
 from scenarios.arrays import Array
 from tests.short import short
 
@@ -214,6 +214,47 @@ def test_a_diagnosis_takes_data_in_memory_and_shows_itself() -> None:
     assert len(told) < 1000
     assert list(found.to_frame().columns) == ["effect", "parameter", "value", "low", "high", "unit"]
     assert "data:image/" in found._repr_html_()
+
+
+SHORT = ["phases.0.duration_s=40"]
+GATE = """
+[[gate]]
+name = "near"
+scenario = "tumble"
+set = ["phases.0.duration_s=40"]
+calibrator = "ellipsoid"
+score = "heading_rms_deg"
+limit = {limit}
+"""
+
+
+def test_a_comparison_in_this_process_is_that_of_processes(tmp_path: Path) -> None:
+    found = magbench.compare("tumble", trials=2, with_=["sphere", "ellipsoid"], overrides=SHORT)
+    assert found.to_frame()["calibrator"].nunique() == 3  # and the raw measurement
+    assert found.plot().axes
+    again = magbench.compare("tumble", tmp_path, trials=2, with_=["sphere", "ellipsoid"], overrides=SHORT, jobs=2)
+    assert again.summary() == found.summary()
+    assert repr(again) in (tmp_path / "comparison.json").read_text()
+
+
+@pytest.mark.parametrize(("limit", "failed"), [(90.0, 0), (1e-9, 1)])
+def test_a_file_of_gates_is_decided(limit: float, failed: int, tmp_path: Path) -> None:
+    (tmp_path / "gates.toml").write_text(GATE.format(limit=limit), encoding="utf-8")
+    found = magbench.gate(tmp_path / "gates.toml")
+    assert len(found.failed) == failed
+    assert list(found.to_frame()["gate"]) == ["near"]
+    assert found.plot().axes
+
+
+def test_several_files_are_diagnosed_together(tmp_path: Path) -> None:
+    scenario = short("auv-spiral-excited", "effects.motor_current.gain_nT_A=[20, -10, 40]")
+    paths = [tmp_path / f"dive{seed}.parquet" for seed in (1, 2)]
+    for seed, path in enumerate(paths, start=1):
+        write_recording(magbench.simulate(scenario, seed=seed)[0], path)
+    found = magbench.diagnose(paths, "auv-spiral-excited", out=tmp_path / "out")
+    assert found.names == ("dive1", "dive2")
+    assert (tmp_path / "out" / "01-dive1" / "report.html").is_file()
+    assert found.to_frame()["effect"].eq("motor_current").all()
 
 
 def test_every_public_name_is_there() -> None:
