@@ -126,7 +126,7 @@ class NestedLoader(SourceFileLoader):
         return super().source_to_code(_nested_file(bytes(data), str(path)).encode(), path, _optimize=_optimize)
 
     def path_stats(self, path: str) -> dict[str, Any]:
-        """What bytecode must agree with to be used: the file's time and size, and the time of this module's file."""
+        """The conditions of valid bytecode: time and size of the source, and time of this module's file."""
         stats = dict(super().path_stats(path))
         return stats | {"mtime": stats["mtime"] + os.stat(__file__).st_mtime}
 
@@ -140,7 +140,7 @@ class NestedLoader(SourceFileLoader):
 
 
 def _nested_cache(path: str) -> str:
-    """The name of nested bytecode, `field.nested.cpython-311.pyc`; every other path as it is."""
+    """The name of nested bytecode, `field.nested.cpython-311.pyc`; any further path unchanged."""
     folder, name = os.path.split(path)
     return os.path.join(folder, name.replace(".", ".nested.", 1)) if name.endswith(BYTECODE) else path
 
