@@ -56,7 +56,7 @@ def plan(
         found = _from_start(task, most_s, size, trials, jobs)
     else:
         found = _after(task, after, most_s, size, maps, noise_std_nT, field_enu_nT)
-    return plan_result(found, None if out is None else write_plan(found, Path(out)))
+    return plan_result(found, write_plan(found, Path(out)) if out else None)
 
 
 def _from_start(
