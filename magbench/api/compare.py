@@ -7,7 +7,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from magbench.api.inputs import Progress, calibrators_from, engine, in_keywords, place_for, scenario_from
+from magbench.api.inputs import Progress, calibrators_from, check_count, engine, in_keywords, place_for, scenario_from
 
 if TYPE_CHECKING:
     from magbench.api.results import ComparisonResult
@@ -51,6 +51,8 @@ def compare(
     from scenarios.sweep import parse_sweep
     from validation.comparison.design import Design
 
+    check_count("--trials", trials)
+    check_count("--jobs", jobs)
     asked, spec = comparison_question(rank_by, reference, until), scenario_from(scenario, overrides)
     chosen = calibrators_from(with_, exec_, time_limit_s, spec.calibrators)
     design = Design.of(spec, chosen, [parse_sweep(text, spec) for text in sweep], seed)

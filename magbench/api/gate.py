@@ -6,7 +6,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from magbench.api.inputs import Progress, engine, in_keywords, path_of, place_for
+from magbench.api.inputs import Progress, check_count, engine, in_keywords, path_of, place_for
 
 if TYPE_CHECKING:
     from magbench.api.results import GateResult
@@ -36,6 +36,7 @@ def gate(
     from validation.gates.gate_file import load_gates
     from validation.gates.gate_groups import group_gates
 
+    check_count("--jobs", jobs)
     path = path_of(gates)
     file, who = load_gates(path), engine(scheduler, jobs)
     groups = group_gates(file, path, seed, time_limit_s)

@@ -178,6 +178,12 @@ def engine(scheduler: str | None, jobs: int | None) -> Engine:
     return SerialEngine() if jobs is None else ProcessEngine(jobs)
 
 
+def check_count(option: str, value: int | None, least: int = 1) -> None:
+    """Raise InputError for a count below the least one; None is the default."""
+    if value is not None and value < least:
+        raise InputError(f"{value} is too few", where=option, do=f"give {least} or more")
+
+
 def _number(where: str, value: object) -> float:
     try:
         return float(value)  # type: ignore[arg-type]

@@ -7,7 +7,7 @@ from contextlib import AbstractContextManager, nullcontext
 from os import PathLike
 from typing import TYPE_CHECKING
 
-from magbench.api.inputs import Progress, in_keywords, locked
+from magbench.api.inputs import Progress, check_count, in_keywords, locked
 
 if TYPE_CHECKING:
     from papers.base import Findings, Reproduction
@@ -37,6 +37,8 @@ def reproduce(
     from papers import chosen
     from papers.report import write
 
+    check_count("--seeds", seeds, 2)
+    check_count("--jobs", jobs)
     results = {}
     papers = chosen(key, seeds)
     with locked(out) as place:

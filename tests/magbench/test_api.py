@@ -237,6 +237,20 @@ def test_a_comparison_in_this_process_is_that_of_processes(tmp_path: Path) -> No
     assert repr(again) in (tmp_path / "comparison.json").read_text()
 
 
+@pytest.mark.parametrize(
+    ("call", "told"),
+    [
+        (lambda: magbench.compare("tumble", trials=0, with_="sphere"), "trials: 0 is too few"),
+        (lambda: magbench.compare("tumble", jobs=0), "jobs: 0 is too few"),
+        (lambda: magbench.gate("gates.toml", jobs=-1), "jobs: -1 is too few"),
+        (lambda: magbench.reproduce("long2013", seeds=1), "seeds: 1 is too few"),
+    ],
+)
+def test_a_count_that_is_too_small_is_refused(call: Callable[[], object], told: str) -> None:
+    with pytest.raises(InputError, match=told):
+        call()
+
+
 @pytest.mark.parametrize(("limit", "failed"), [(90.0, 0), (1e-9, 1)])
 def test_a_file_of_gates_is_decided(limit: float, failed: int, tmp_path: Path) -> None:
     (tmp_path / "gates.toml").write_text(GATE.format(limit=limit), encoding="utf-8")
