@@ -17,6 +17,8 @@ Kind = Literal["ok", "not_converged", "unobservable", "not_applicable"]
 OFFSET_NAMES = ("offset_x_nT", "offset_y_nT", "offset_z_nT")
 STRENGTH_NAME = "strength_nT"
 """The parameter of a fit that finds the field's strength itself, in the scale of its matrix."""
+SCALAR_TERM = "permanent_x_nT"
+"""First parameter of a fit of the scalar magnetometer's terms; such a fit leaves the vector sensor as measured."""
 DERIVATIVE_ROUNDS = 3
 """Rounds of the fixed point that finds h and dh/dt when no body rate is known."""
 
@@ -77,9 +79,28 @@ class Calibration:
 
     def __repr__(self) -> str:
         """One line: name, status, offset and the matrix's diagonal."""
-        offset, diagonal = (", ".join(f"{v:.6g}" for v in values) for values in (self.offset_nT, np.diag(self.matrix)))
         reason = f" ({self.status.reason})" if self.status.reason else ""
-        return f"{self.name}: {self.status.kind}{reason}, offset ({offset}) nT, matrix's diagonal ({diagonal})"
+        outcome = f"{self.name}: {self.status.kind}{reason}"
+        if not self.has_estimate:
+            return f"{outcome}, no estimate of offset and matrix"
+        offset, diagonal = (", ".join(f"{v:.6g}" for v in values) for values in (self.offset_nT, np.diag(self.matrix)))
+        return f"{outcome}, offset ({offset}) nT, matrix's diagonal ({diagonal})"
+
+    @property
+    def has_estimate(self) -> bool:
+        """Whether offset and matrix are an estimate.
+
+        A failed fit that left b = 0 and matrix = I has none, nor has a fit of the scalar magnetometer's terms.
+        """
+        if self.status.kind == "not_applicable":
+            return False
+        moved = bool(self.offset_nT.any()) or not np.array_equal(self.matrix, np.eye(3)) or self.eddy_s is not None
+        return moved or (self.status.kind == "ok" and not self.corrects_scalar)
+
+    @property
+    def corrects_scalar(self) -> bool:
+        """Whether the fit corrects the scalar magnetometer, the channel scalar_nT, in place of the vector one."""
+        return SCALAR_TERM in self.parameters
 
     @property
     def offset_covariance_nT2(self) -> Array | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from typing import Any
 
+from calib.result import SCALAR_TERM
 from calib.serial import KINDS, SEGMENT_KEYS
 from scenarios.spec import DIALECT
 
@@ -70,7 +71,10 @@ def json_schema() -> Schema:
         "properties": {key: {"anyOf": [value, {"type": "null"}]} for key, value in VALUES.items()},
         "additionalProperties": False,
         "allOf": [
-            _if({"status": {"enum": ["ok", None]}}, _given(offset_nT=VECTOR, matrix=MATRIX)),
+            _if(
+                {"status": {"enum": ["ok", None]}},
+                {"anyOf": [_given(offset_nT=VECTOR, matrix=MATRIX), _given(parameters={"required": [SCALAR_TERM]})]},
+            ),
             _if_given("array_offset_nT", _given(array_matrix=MATRICES)),
             _if_given("array_matrix", _given(array_offset_nT=OFFSETS)),
             _if_given("covariance", {"anyOf": [_given(covariance_names={"minItems": 1}), _given(covariance=MATRIX)]}),

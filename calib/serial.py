@@ -8,7 +8,7 @@ from typing import Any, NoReturn, get_args
 
 import numpy as np
 
-from calib.result import OFFSET_NAMES, Calibration, Kind, Segment, Status
+from calib.result import OFFSET_NAMES, SCALAR_TERM, Calibration, Kind, Segment, Status
 from scenarios.arrays import Array
 from scenarios.errors import InputError
 
@@ -33,7 +33,7 @@ KINDS: tuple[Kind, ...] = get_args(Kind)
 
 
 def to_dict(calibration: Calibration) -> dict[str, Any]:
-    """The calibration as plain lists, numbers and strings, under KEYS."""
+    """The calibration as plain lists, numbers and strings, under KEYS; offset and matrix None without an estimate."""
 
     def listed(array: Array | None) -> Any:
         return None if array is None else np.asarray(array).tolist()
@@ -42,8 +42,8 @@ def to_dict(calibration: Calibration) -> dict[str, Any]:
         "name": calibration.name,
         "status": calibration.status.kind,
         "reason": calibration.status.reason,
-        "offset_nT": listed(calibration.offset_nT),
-        "matrix": listed(calibration.matrix),
+        "offset_nT": listed(calibration.offset_nT) if calibration.has_estimate else None,
+        "matrix": listed(calibration.matrix) if calibration.has_estimate else None,
         "eddy_s": listed(calibration.eddy_s),
         "parameters": {name: float(value) for name, value in calibration.parameters.items()},
         "covariance": listed(calibration.covariance),
@@ -67,9 +67,9 @@ def to_json(calibration: Calibration) -> str:
 def from_json(text: str, *, name: str = "external", where: str = "calibration") -> Calibration:
     """Read a calibration that a program wrote, checking every value.
 
-    `offset_nT` and `matrix` are required when the status is "ok" (which it is by default); without them another status
-    leaves the raw measurement. Raises InputError with one line for anything else than KEYS with finite values of the
-    right shape.
+    `offset_nT` and `matrix` are required when the status is "ok" (which it is by default), unless `parameters` hold the
+    terms of a scalar magnetometer; without them another status leaves the raw measurement. Raises InputError with one
+    line for anything else than KEYS with finite values of the right shape.
     """
 
     def constant(word: str) -> NoReturn:
@@ -100,7 +100,9 @@ class _Reader:
         status = Status(self.kind(), self.text("reason", ""))
         names = self.names("covariance_names") or self.default_names()
         offset_nT, matrix = self.array("offset_nT", (3,)), self.array("matrix", (3, 3))
-        if status.kind == "ok" and (offset_nT is None or matrix is None):
+        parameters = self.parameters()
+        needed = status.kind == "ok" and SCALAR_TERM not in parameters
+        if needed and (offset_nT is None or matrix is None):
             self.fail("offset_nT" if offset_nT is None else "matrix", "missing, and the status is ok")
         covariance = self.covariance(len(names))
         array_offset_nT, array_matrix = self.sensors()
@@ -110,7 +112,7 @@ class _Reader:
             offset_nT=np.zeros(3) if offset_nT is None else offset_nT,
             matrix=np.eye(3) if matrix is None else matrix,
             eddy_s=self.array("eddy_s", (3, 3)),
-            parameters=self.parameters(),
+            parameters=parameters,
             covariance=covariance,
             covariance_names=names if covariance is not None else (),
             history=self.history(),

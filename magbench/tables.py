@@ -72,11 +72,14 @@ def show_comparison(found: Comparison) -> None:
 
 
 def show_calibrations(calibrations: Mapping[str, Calibration]) -> None:
-    """Offset, matrix and status of each calibration."""
+    """Offset, matrix and status of each calibration; dashes without an estimate."""
     rows = []
     for name, c in calibrations.items():
-        matrix = "; ".join(" ".join(f"{v:.5f}" for v in row) for row in c.matrix)
-        rows.append([name, c.status.kind, " ".join(f"{v:.2f}" for v in c.offset_nT), matrix, c.status.reason])
+        offset, matrix = "-", "-"
+        if c.has_estimate:
+            offset = " ".join(f"{v:.2f}" for v in c.offset_nT)
+            matrix = "; ".join(" ".join(f"{v:.5f}" for v in row) for row in c.matrix)
+        rows.append([name, c.status.kind, offset, matrix, c.status.reason])
     show_table("calibrations", ["calibrator", "status", "offset, nT", "matrix", "reason"], rows)
 
 

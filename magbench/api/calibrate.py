@@ -32,6 +32,7 @@ def calibrate(
     time_limit_s: float | None = None,
     out: str | PathLike[str] | None = None,
     exports: Sequence[str] = (),
+    force: bool = False,
 ) -> CalibrationResult: ...
 
 
@@ -49,6 +50,7 @@ def calibrate(
     time_limit_s: float | None = None,
     out: str | PathLike[str] | None = None,
     exports: Sequence[str] = (),
+    force: bool = False,
 ) -> Calibrations: ...
 
 
@@ -66,6 +68,7 @@ def calibrate(
     time_limit_s: float | None = None,
     out: str | PathLike[str] | None = None,
     exports: Sequence[str] = (),
+    force: bool = False,
 ) -> CalibrationResult | Calibrations:
     """Fit m = S h + b to a recording by one calibrator, or by several: then by name, in a dict.
 
@@ -79,11 +82,13 @@ def calibrate(
     maps : `mag_x_nT=bx,unit=uT` renames and converts columns. run : which run of a dataset directory.
     exec_ : programs that calibrate, beside a list of names. time_limit_s : of one fit outside magbench.
     out : directory for calibration.json and the `exports` (c, px4, ardupilot, ros).
+    force : export estimates too whose status is not ok, with the status in a comment.
 
-    Raises InputError for data that are not fit for use, an unknown calibrator, and a reference that is not known.
+    Raises InputError for data that are not fit for use, an unknown calibrator, a reference that is not known, and
+    for a refused export, after all other files are written.
     """
     from magbench.api.results import Calibrations
-    from validation.calibrating.calibration_file import write_calibrations
+    from validation.calibrating.calibration_file import RefusedExportsError, write_calibrations
     from validation.calibrating.export import known_forms
 
     forms = known_forms(",".join(exports)) if exports else ()
@@ -94,7 +99,9 @@ def calibrate(
         recording = recording_from(data, time_s=time_s, maps=maps, run=run)
         results = Calibrations.of(recording, reference_from(data, run, field_strength_nT, field_enu_nT), chosen)
         if place is not None:
-            write_calibrations(results, place, forms)
+            refused = write_calibrations(results, place, forms, force=force)
+            if refused:
+                raise RefusedExportsError(refused, results)
     return results if exec_ or not isinstance(with_, str) else _single(results, with_)
 
 

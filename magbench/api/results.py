@@ -65,12 +65,12 @@ class CalibrationResult(Calibration, Displayed):
         return self.apply(self.recording)
 
     def to_frame(self) -> pd.DataFrame:
-        """Offset and matrix, a row an axis."""
+        """Offset and matrix, a row an axis; NaN without an estimate."""
         import pandas as pd
 
         table = pd.DataFrame(self.matrix, index=list("xyz"), columns=[f"matrix_{axis}" for axis in "xyz"])
         table.insert(0, "offset_nT", self.offset_nT)
-        return table
+        return table if self.has_estimate else table * float("nan")
 
     def plot(self) -> Figure:
         """Raw and corrected field against the sphere of the field's strength."""

@@ -23,6 +23,9 @@ CalibrationOut = Annotated[Path | None, typer.Option("--out", "-o", help="Direct
 Export = Annotated[
     str | None, typer.Option(help="Also write offset and matrix as c, px4, ardupilot, ros (comma-separated).")
 ]
+Force = Annotated[
+    bool, typer.Option("--force", help="Export estimates that are not ok too, with the status in a comment.")
+]
 AskWorth = Annotated[
     bool,
     typer.Option("--worth", help="Also test whether soft iron, eddy currents, temperature predict unseen legs better."),
@@ -40,39 +43,48 @@ def command(
     map_: Maps = None,
     out: CalibrationOut = None,
     export: Export = None,
+    force: Force = False,
     worth: AskWorth = False,
     json: Json = False,
 ) -> None:
     """Calibrate a recording and print offset and matrix; by sphere and ellipsoid, unless --with or --exec is given.
 
-    Status 1 where a calibrator of --with or --exec was not applicable.
+    Status 1 where a calibrator of --with or --exec was not applicable, 2 where an export is refused; table and other
+    files are there all the same.
 
     Example: magbench calibrate log.csv --map mag_x_nT=bx,unit=uT --with ellipsoid --field-strength-nT 48152
     """
     from magbench.api.calibrate import calibrate
     from magbench.api.cross_validate import worth as cross_validation
     from magbench.console import end_with
+    from validation.calibrating.calibration_file import RefusedExportsError
     from validation.calibrating.fitting import not_applicable
 
-    named = bool(with_ or exec_)
-    found = calibrate(
-        data,
-        field_strength_nT,
-        with_=split(with_ or "") if named else list(USUAL),
-        field_enu_nT=field_vector(field_enu_nT),
-        maps=map_ or (),
-        run=run,
-        exec_=exec_ or (),
-        time_limit_s=time_limit_s,
-        out=out,
-        exports=export.split(",") if export else (),
-    )
+    named, refused = bool(with_ or exec_), None
+    try:
+        found = calibrate(
+            data,
+            field_strength_nT,
+            with_=split(with_ or "") if named else list(USUAL),
+            field_enu_nT=field_vector(field_enu_nT),
+            maps=map_ or (),
+            run=run,
+            exec_=exec_ or (),
+            time_limit_s=time_limit_s,
+            out=out,
+            exports=export.split(",") if export else (),
+            force=force,
+        )
+    except RefusedExportsError as error:
+        found, refused = error.calibrations, error
     gains = None
     if worth:
         gains = cross_validation(
             found.recording, found.reference.strength_nT, field_enu_nT=found.reference.field_enu_nT
         )
     _show(found, gains, json)
+    if refused:
+        raise refused
     end_with(not_applicable(found) if named else [])
 
 

@@ -36,7 +36,8 @@ WHOLE: dict[str, Any] = {
 VALUES: list[Any] = [
     None, True, 0, -3.5, "", "ok", "unobservable", "fine", [], {}, [1.0], VECTOR, [*VECTOR, 4], ["a", "b"], ["a", "a"],
     [1, 2, "3"], [1, 2, None], [1, 2, True], MATRIX, [VECTOR, VECTOR], [VECTOR, [1, 2]], [MATRIX], [[[1.0]]], {"a": 1},
-    {"a": None}, {"a": "b"}, [SEGMENT], [{**SEGMENT, "end_s": 1}], [{"start_s": 0}], [{**SEGMENT, "matrix": None}],
+    {"a": None}, {"a": "b"}, {"permanent_x_nT": 3.0}, [SEGMENT],
+    [{**SEGMENT, "end_s": 1}], [{"start_s": 0}], [{**SEGMENT, "matrix": None}],
     [VECTOR], 1e308,
 ]  # fmt: skip
 NOT_IN_A_SCHEMA = re.compile(r"symmetric|must increase|covariance: expected|array_(matrix|offset_nT): expected \d")

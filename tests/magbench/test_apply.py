@@ -68,7 +68,7 @@ BAD_FILES = {
     "singular in a segment": (edited(segments=[{"start_s": 0, "offset_nT": [0, 0, 0], "matrix": FLAT}]), "singular"),
     "an offset that is none": (edited(offset_nT=[1e300, 0, 0]), "offset"),
     "unknown status": (edited(status="fine"), "fine"),
-    "no estimate": (edited(status="not_converged", reason="too\nslow"), "too slow"),
+    "no estimate": (edited(status="not_converged", reason="too\nslow", offset_nT=None, matrix=None), "too slow"),
     "several sensors": (json.dumps({"sphere@1": GOOD}), "sphere@1"),
 }
 
@@ -143,3 +143,18 @@ def test_a_calibration_that_has_no_inverse_at_a_row_writes_nothing(tmp_path: Pat
     assert main(["apply", str(tmp_path / "c.json"), str(tmp_path / "log.csv"), "-o", str(tmp_path / "o.csv")]) == 2
     assert "corrects row" in capsys.readouterr().err
     assert not (tmp_path / "o.csv").exists()
+
+
+def test_a_refused_export_ends_with_2_after_the_table_and_the_good_files(tmp_path: Path, capsys) -> None:  # type: ignore[no-untyped-def]
+    angle = np.linspace(0.0, 40.0, 400)
+    level = np.column_stack([2e4 * np.cos(angle) + 9e3, 2e4 * np.sin(angle), np.full(400, -4e4)])
+    level += 50.0 * np.random.default_rng(0).standard_normal(level.shape)
+    write_recording(Recording(0.1 * np.arange(400), level), tmp_path / "level.csv")
+    fit = ["calibrate", str(tmp_path / "level.csv"), "--field-strength-nT", "45000", "--export", "px4"]
+    for force in ((), ("--force",)):
+        assert main([*fit, *force, "-o", str(tmp_path / "out")]) == 2
+        told = capsys.readouterr()
+        assert told.err.startswith("magbench: --export: not exported: px4 of sphere: there is no estimate")
+        assert "unobservable │" in told.out
+        assert "0.00 0.00 0.00" not in told.out
+        assert [path.name for path in (tmp_path / "out").rglob("*") if path.is_file()] == ["calibration.json"]

@@ -17,29 +17,56 @@ from recordings.files import system_errors_about, write_text
 from scenarios.errors import InputError
 from scenarios.files import parsed_json, read_text
 from validation.calibrating.correction import corrected_field
-from validation.calibrating.export import exported
+from validation.calibrating.export import FORMATS, exported
 from validation.calibrating.fitting import sensor_recordings
 
 FILE = "calibration.json"
 WANTED = "give a calibration.json that `magbench calibrate` wrote"
 
 
-def write_calibrations(results: Mapping[str, Calibration], out: Path, forms: Sequence[str] = ()) -> None:
+def write_calibrations(
+    results: Mapping[str, Calibration], out: Path, forms: Sequence[str] = (), *, force: bool = False
+) -> tuple[str, ...]:
     """Write OUT/calibration.json, {name: calibration}, and each calibration in the export formats `forms`.
 
-    Exports of several calibrations go to folders OUT/NAME/. Raises InputError for a format that cannot hold a
-    calibration, before any file is written, and for a file that cannot be written.
+    Exports of several calibrations go to folders OUT/NAME/. force : see `export.exported`. Returns a line for
+    each reason of refused exports; a refusal keeps back no other file. Raises InputError for a file that cannot be
+    written.
     """
     files = {FILE: json.dumps({k: calib.to_dict(c) for k, c in results.items()}, indent=1, allow_nan=False) + "\n"}
+    refused: dict[str, list[str]] = {}
     for key, result in results.items():
         folder = f"{key}/" if len(results) > 1 else ""
         for form in forms:
-            name, text = exported(result, form)
-            files[folder + name] = text
+            try:
+                name, text = exported(result, form, force=force)
+            except InputError as error:
+                refused.setdefault(f"{key}: {error.what} ({error.do})", []).append(form)
+                _remove_earlier(out / folder / FORMATS[form].file)
+            else:
+                files[folder + name] = text
     for name, text in files.items():
         with system_errors_about((out / name).parent, "choose another directory"):
             (out / name).parent.mkdir(parents=True, exist_ok=True)
         write_text(out / name, text)
+    return tuple(f"{', '.join(forms)} of {why}" for why, forms in refused.items())
+
+
+def _remove_earlier(export: Path) -> None:
+    """Remove the export of an earlier calibration, which would be taken for the refused one."""
+    with system_errors_about(export, "choose another directory"):
+        export.unlink(missing_ok=True)
+
+
+class RefusedExportsError(InputError):
+    """Refused exports; every other file is written.
+
+    calibrations : by name, of all calibrators
+    """
+
+    def __init__(self, refused: Sequence[str], calibrations: Any) -> None:
+        self.refused, self.calibrations = tuple(refused), calibrations
+        super().__init__("not exported: " + "; ".join(refused), where="--export")
 
 
 def read_calibrations(path: Path) -> dict[str, Calibration]:
@@ -64,7 +91,7 @@ def apply_file(
     """Correct a recording with a calibration of a file and write the result to `out`, .parquet or .csv.
 
     name : the calibration, by default the first; for an array each sensor uses its calibration `name@1` ... Returns
-    `calibrator`, `samples`, and a `warning` where a calibration is unobservable. Raises InputError for unusable
+    `calibrator`, `samples`, and a `warning` where the status of a calibration is not ok. Raises InputError for unusable
     files, an unknown name, a calibration without an estimate, and an `out` that would replace an input.
     """
     _check_kept(out, (calibration, data))
@@ -76,8 +103,12 @@ def apply_file(
     fields = [corrected_field(used[key], part, f"{calibration}: {key}") for key, part in parts.items()]
     array = None if recording.array_mag_nT is None else np.stack(fields)
     write_recording(replace(recording, mag_nT=fields[0], array_mag_nT=array), out)
-    doubts = [f"{key} is unobservable: {c.status.reason}" for key, c in used.items() if c.status.kind != "ok"]
+    doubts = [f"{key} is {_called(c)}: {c.status.reason}" for key, c in used.items() if c.status.kind != "ok"]
     return {"calibrator": chosen, "samples": len(recording), "warning": "; ".join(doubts)}
+
+
+def _called(calibration: Calibration) -> str:
+    return calibration.status.kind.replace("_", " ")
 
 
 def _check_kept(out: Path, sources: Sequence[Path]) -> None:

@@ -17,7 +17,7 @@ def corrected_field(calibration: Calibration, recording: Recording, where: str) 
     where : named in error messages. Raises InputError for a calibration without an estimate, for a singular matrix,
     and where an eddy-current model has no inverse at a rate of the recording.
     """
-    if calibration.status.kind in ("not_applicable", "not_converged"):
+    if not calibration.has_estimate:
         raise InputError(f"gave no calibration: {calibration.status.reason}", where=where)
     checked(calibration, where, "use another calibration")
     try:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,6 +16,8 @@ FLU_TO_FRD = np.diag([1.0, -1.0, -1.0])
 NT_PER_GAUSS = 1e5
 SYMMETRIC = 1e-3
 """Largest |M - M^T| of a matrix that a six-number format accepts; the antisymmetric half is dropped."""
+PARAMETER = re.compile(r"([A-Z][A-Z0-9_]+)[ ,](-?[0-9.]+)$", re.MULTILINE)
+"""A parameter's line: name, and value after a blank or a comma."""
 
 
 def c_header(calibration: Calibration) -> str:
@@ -62,13 +66,37 @@ def ros_yaml(calibration: Calibration) -> str:
     return f"magnetometer_calibration:\n  offset_T: [{offset}]\n  matrix:\n{rows}"
 
 
-FORMATS: dict[str, tuple[str, Callable[[Calibration], str]]] = {
-    "c": ("mag_calibration.h", c_header),
-    "px4": ("px4.params", px4),
-    "ardupilot": ("ardupilot.param", ardupilot),
-    "ros": ("magnetometer.yaml", ros_yaml),
+@dataclass(frozen=True)
+class ExportFormat:
+    """File name, function that writes the text, frame of a comment line, and limits of the parameters.
+
+    limits : word in the parameter's name, lowest and highest value
+    """
+
+    file: str
+    write: Callable[[Calibration], str]
+    comment: str = "# {}"
+    limits: tuple[tuple[str, float, float], ...] = ()
+
+    def beyond_limits(self, text: str) -> str:
+        """Return the first parameter of a text outside the limits, in words; "" for none."""
+        for name, value in PARAMETER.findall(text):
+            for word, low, high in self.limits:
+                if word in name and not low <= float(value) <= high:
+                    return f"{name} {float(value):.4g} is outside {low:g} to {high:g}"
+        return ""
+
+
+FORMATS = {
+    "c": ExportFormat("mag_calibration.h", c_header, comment="/* {} */"),
+    "px4": ExportFormat("px4.params", px4, limits=(("SCALE", 0.1, 3.0),)),
+    "ardupilot": ExportFormat(
+        "ardupilot.param", ardupilot, limits=(("OFS", -1800.0, 1800.0), ("DIA", 0.2, 5.0), ("ODI", -1.0, 1.0))
+    ),
+    "ros": ExportFormat("magnetometer.yaml", ros_yaml),
 }
-"""Export formats by name: file name and function that writes the text."""
+"""Export formats by name. Limits: PX4's of the parameter list; ArduPilot's of its own calibration, with
+COMPASS_OFFS_MAX at 1800 mG by default, beyond which the vehicle does not arm."""
 
 
 def known_forms(text: str) -> tuple[str, ...]:
@@ -80,16 +108,26 @@ def known_forms(text: str) -> tuple[str, ...]:
     return forms
 
 
-def exported(calibration: Calibration, form: str) -> tuple[str, str]:
+def exported(calibration: Calibration, form: str, *, force: bool = False) -> tuple[str, str]:
     """Return file name and text of a calibration in a format of FORMATS.
 
-    Raises InputError for a calibration without an estimate, and for a matrix that the format cannot hold.
+    force : write an estimate whose status is not ok, and parameters outside the limits, below comments with the
+    reasons. Raises InputError otherwise; always for a calibration without an estimate, and for a matrix that the
+    format cannot hold.
     """
-    if calibration.status.kind in ("not_applicable", "not_converged"):
-        why = f"{calibration.name} gave no calibration: {calibration.status.reason}"
-        raise InputError(why, where="--export", do="leave it out")
-    name, write = FORMATS[form]
-    return name, write(calibration)
+    status, kind = calibration.status, FORMATS[form]
+    if not calibration.has_estimate:
+        why = status.reason or "its terms correct the scalar magnetometer, and apply uses them"
+        raise InputError(f"there is no estimate ({status.kind}): {why}", where=f"--export {form}", do="leave it out")
+    text = kind.write(calibration)
+    doubts = [
+        f"status {status.kind}: {status.reason}" if status.kind != "ok" else "",
+        kind.beyond_limits(text),
+    ]
+    found = [" ".join(doubt.split()) for doubt in doubts if doubt]
+    if found and not force:
+        raise InputError("; ".join(found), where=f"--export {form}", do="--force writes it all the same")
+    return kind.file, "".join(kind.comment.format(doubt.replace("*/", "* /")) + "\n" for doubt in found) + text
 
 
 def _frd_symmetric(calibration: Calibration) -> tuple[Array, Array]:
@@ -99,7 +137,7 @@ def _frd_symmetric(calibration: Calibration) -> tuple[Array, Array]:
     """
     matrix = FLU_TO_FRD @ calibration.matrix @ FLU_TO_FRD
     if np.abs(matrix - matrix.T).max() > SYMMETRIC:
-        what = f"the matrix of {calibration.name} is not symmetric (it turns the sensor)"
+        what = "the matrix is not symmetric (it turns the sensor)"
         raise InputError(
             what, where="--export", do="export as c or ros, or calibrate without attitude, as by ellipsoid"
         )

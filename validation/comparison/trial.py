@@ -14,7 +14,7 @@ from sim.motion_cache import MotionCache
 from sim.simulation import plan
 from validation.comparison.design import Design, received
 from validation.scoring.definitions import SCORE_DEFINITIONS
-from validation.scoring.evaluation import ScoredCalibration, has_estimate, score_calibrators
+from validation.scoring.evaluation import ScoredCalibration, score_calibrators
 
 NOT_KEPT = ("failure", "wall_time")
 """Scores without a column: the status holds the first, and the second is not reproducible."""
@@ -95,6 +95,6 @@ def _row(one: ScoredCalibration) -> TrialRow:
         SCORE_DEFINITIONS[score.name].column: float(score.value) for score in one.scores if score.name not in NOT_KEPT
     }
     finite = {name: value for name, value in scores.items() if np.isfinite(value)}
-    kept = finite if has_estimate(calibration) else {}
+    kept = finite if calibration.has_estimate else {}
     status = calibration.status
     return TrialRow(one.fit.key, status.kind, status.reason, kept, calibration.wall_s, one.fit.cpu_s)

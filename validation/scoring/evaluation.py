@@ -52,14 +52,6 @@ def score_calibrators(
     }
 
 
-def has_estimate(calibration: Calibration) -> bool:
-    """Return whether the calibration is an estimate: status ok, or a failure with more than offset 0 and matrix I."""
-    if calibration.status.kind in ("ok", "not_applicable"):
-        return calibration.status.kind == "ok"
-    raw = not calibration.offset_nT.any() and np.array_equal(calibration.matrix, np.eye(3))
-    return not raw or calibration.eddy_s is not None
-
-
 def _uncorrected(recording: Recording) -> list[SensorFit]:
     nothing = Calibration(name=UNCORRECTED, status=Status("ok"))
     parts = sensor_recordings(recording, UNCORRECTED)

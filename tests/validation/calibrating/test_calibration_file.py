@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -61,3 +62,32 @@ def test_nothing_is_written_over_what_it_is_made_from(saved: Path, measured: Pat
     for out in (saved, measured):
         with pytest.raises(InputError, match="would replace what it is made from"):
             apply_file(saved, measured, out)
+
+
+def test_a_refused_export_keeps_back_no_other_file(tmp_path: Path) -> None:
+    flat = Calibration(name="sphere", status=Status("unobservable", "the motion is flat"))
+    old = tmp_path / "sphere" / "px4.params"
+    old.parent.mkdir()
+    old.write_text("param set CAL_MAG0_XOFF 0.1\n")
+    refused = write_calibrations({"sphere": flat, "ellipsoid": ONE}, tmp_path, ["c", "px4"])
+    assert len(refused) == 1
+    assert refused[0].startswith("c, px4 of sphere: there is no estimate (unobservable): the motion is flat")
+    written = {str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*") if path.is_file()}
+    assert written == {"calibration.json", "ellipsoid/mag_calibration.h", "ellipsoid/px4.params"}
+    table = json.loads((tmp_path / "calibration.json").read_text())
+    assert table["sphere"]["offset_nT"] is None
+    assert table["sphere"]["matrix"] is None
+    assert not read_calibrations(tmp_path / "calibration.json")["sphere"].has_estimate
+
+
+def test_an_estimate_that_is_not_ok_is_applied_with_a_warning_and_none_is_refused(
+    measured: Path, tmp_path: Path
+) -> None:
+    slow = replace(ONE, status=Status("not_converged", "too slow"))
+    for key, fit in (("some", slow), ("none", Calibration(name="none", status=Status("unobservable", "flat")))):
+        write_calibrations({key: fit}, tmp_path / key)
+    done = apply_file(tmp_path / "some" / "calibration.json", measured, tmp_path / "o.csv")
+    assert done["warning"] == "some is not converged: too slow"
+    with pytest.raises(InputError, match="gave no calibration: flat"):
+        apply_file(tmp_path / "none" / "calibration.json", measured, tmp_path / "p.csv")
+    assert not (tmp_path / "p.csv").exists()

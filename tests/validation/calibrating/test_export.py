@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shutil
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -103,10 +104,53 @@ def test_a_turned_matrix_does_not_fit_six_numbers(form: str) -> None:
         exported(turned, form)
 
 
+DOUBTED = replace(GOOD, status=Status("unobservable", "the motion */ is\nflat"))
+COMMENT = {"c": r"/\* (.*) \*/", "px4": "# (.*)", "ardupilot": "# (.*)", "ros": "# (.*)"}
+
+
+@pytest.mark.parametrize("force", [False, True])
 @pytest.mark.parametrize("form", FORMATS)
-def test_nothing_is_exported_without_an_estimate(form: str) -> None:
-    with pytest.raises(InputError, match="gave no calibration"):
-        exported(Calibration(name="ellipsoid", status=Status("not_converged", "too flat")), form)
+def test_nothing_is_exported_without_an_estimate(form: str, force: bool) -> None:
+    for kind in ("not_converged", "unobservable", "not_applicable"):
+        with pytest.raises(InputError, match=r"no estimate .*too flat"):
+            exported(Calibration(name="ellipsoid", status=Status(kind, "too flat")), form, force=force)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_a_doubted_estimate_is_exported_by_force_alone_and_says_so(form: str) -> None:
+    with pytest.raises(InputError, match=r"unobservable: the motion .* flat.*--force"):
+        exported(DOUBTED, form)
+    first, rest = exported(DOUBTED, form, force=True)[1].split("\n", 1)
+    told = re.fullmatch(COMMENT[form], first)
+    assert told is not None
+    assert told[1] == "status unobservable: the motion * / is flat"
+    assert "*/" not in told[1]
+    assert rest == exported(GOOD, form)[1]
+
+
+@pytest.mark.parametrize(
+    ("form", "changed", "named"),
+    [
+        ("ardupilot", {"offset_nT": np.array([0.0, 185_000.0, 0.0])}, r"COMPASS_OFS_Y 1850 is outside -1800 to 1800"),
+        ("ardupilot", {"matrix": np.diag([1.0, 0.19, 1.0])}, r"COMPASS_DIA_Y 0.19 is outside 0.2 to 5"),
+        ("px4", {"matrix": np.diag([1.0, 1.0, 14.6])}, r"CAL_MAG0_ZSCALE 14.6 is outside 0.1 to 3"),
+    ],
+)
+def test_what_the_flight_controller_does_not_take_is_refused(
+    form: str, changed: dict[str, np.ndarray], named: str
+) -> None:
+    beyond = replace(GOOD, **changed)  # type: ignore[arg-type]
+    with pytest.raises(InputError, match=named):
+        exported(beyond, form)
+    assert re.match("# " + named, exported(beyond, form, force=True)[1])
+    assert exported(beyond, "ros")
+
+
+def test_terms_of_a_scalar_magnetometer_are_no_offset_and_matrix() -> None:
+    scalar = Calibration(name="tolles_lawson", status=Status("ok"), parameters={"permanent_x_nT": 3.0})
+    assert not scalar.has_estimate
+    with pytest.raises(InputError, match="scalar magnetometer"):
+        exported(scalar, "c")
 
 
 def test_unknown_form_lists_the_others() -> None:

@@ -19,7 +19,7 @@ from validation.calibrating.selection import select_calibrators
 from validation.comparison.design import Design, received
 from validation.comparison.trial import PendingTrial, compute, failed_trial, run_trial
 from validation.scoring.definitions import SCORE_DEFINITIONS
-from validation.scoring.evaluation import UNCORRECTED, has_estimate
+from validation.scoring.evaluation import UNCORRECTED
 
 
 def test_a_trial_is_the_run_of_that_number_judged_from_its_files(tmp_path: Path) -> None:
@@ -33,7 +33,7 @@ def test_a_trial_is_the_run_of_that_number_judged_from_its_files(tmp_path: Path)
         scores = {SCORE_DEFINITIONS[one.name].column: one.value for one in outcome.scores[row.calibrator]}
         kept = {name: value for name, value in scores.items() if name not in ("failure", "wall_time_s")}
         fitted = outcome.calibrations.get(row.calibrator)
-        assert row.scores == (kept if fitted is None or has_estimate(fitted) else {})
+        assert row.scores == (kept if fitted is None or fitted.has_estimate else {})
     assert trial.rows[2].status == "not_applicable"
     assert trial.rows[2].reason
 
@@ -72,9 +72,9 @@ def test_a_lost_trial_is_failed_for_all(design: Design) -> None:
 def test_an_estimate_is_what_is_not_the_raw_measurement() -> None:
     for kind, there in (("ok", True), ("not_converged", False), ("unobservable", False), ("not_applicable", False)):
         raw = Calibration(name="a", status=Status(kind))  # type: ignore[arg-type]
-        assert has_estimate(raw) == there
+        assert raw.has_estimate == there
         moved = replace(raw, offset_nT=np.array([1.0, 0.0, 0.0]))
-        assert has_estimate(moved) == (kind != "not_applicable")
+        assert moved.has_estimate == (kind != "not_applicable")
 
 
 def test_a_worker_with_other_versions_refuses(design: Design) -> None:
