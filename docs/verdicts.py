@@ -21,16 +21,15 @@ from matplotlib.figure import Figure
 
 from diagnosis.answer import answer
 from diagnosis.question import Question
-from diagnosis.repair.model_diff import model_diff
 from diagnosis.result import Diagnosis
 from diagnosis.sources import file_sources
 from magbench.cli import main
 from reports.plots.diagnosis import draw_channel, draw_gap, draw_ranking, draw_spectrum
-from reports.text.diagnosis import headline
+from reports.presentation.diagnosis import PresentedDiagnosis
 
 PAGE = Path(__file__).parent / "verdicts.md"
 WIDTH, MOST_DIFF_LINES = 100, 20
-PICTURES: dict[str, Callable[[Diagnosis], Figure]] = {
+PICTURES: dict[str, Callable[[PresentedDiagnosis], Figure]] = {
     "none": draw_gap,
     "named": draw_channel,
     "class": draw_ranking,
@@ -49,7 +48,7 @@ def sections() -> dict[str, str]:
 
 
 @cache
-def diagnosed() -> dict[str, Diagnosis]:
+def diagnosed() -> dict[str, PresentedDiagnosis]:
     """What each section's commands find."""
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
         text = PAGE.read_text(encoding="utf-8")
@@ -58,7 +57,7 @@ def diagnosed() -> dict[str, Diagnosis]:
         return {verdict: _found(section) for verdict, section in sections().items()}
 
 
-def _found(section: str) -> Diagnosis:
+def _found(section: str) -> PresentedDiagnosis:
     (simulate,) = _commands(section, "simulate")
     ((measured, option, model, *_),) = _commands(section, "diagnose")
     assert option == "--model", section
@@ -67,7 +66,7 @@ def _found(section: str) -> Diagnosis:
     assert status == 0, complaints.getvalue()
     found = answer(Question.about(model), file_sources([Path(measured)], 0))
     assert isinstance(found, Diagnosis)
-    return found
+    return PresentedDiagnosis.of(found)
 
 
 def _commands(section: str, name: str) -> Iterator[list[str]]:
@@ -93,8 +92,7 @@ def said(verdict: str) -> str:
     found = diagnosed()[verdict]
     if found.verdict != verdict:
         raise ValueError(f"{PAGE.name}: the commands of section {verdict} give {found.verdict}: {found.sentence}")
-    lines = [part for line in headline(found).splitlines() for part in textwrap.wrap(line, WIDTH) or [""]]
-    diff = model_diff(found)
-    if 0 < len(diff) <= MOST_DIFF_LINES:
-        lines += ["", *diff]
+    lines = [part for line in found.headline.splitlines() for part in textwrap.wrap(line, WIDTH) or [""]]
+    if 0 < len(found.diff) <= MOST_DIFF_LINES:
+        lines += ["", *found.diff]
     return "\n".join(["```text", *lines, "```", ""])

@@ -5,15 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from calib.result import Calibration
-from diagnosis.repair.model_diff import lines_of_diff, model_diff
-from diagnosis.result import Diagnosis
-from diagnosis.several.result import PooledDiagnosis
 from magbench.console import show_table, show_text
 from reports.pages.comparison import Comparison, point_title
-from reports.text.diagnosis import PART_HEADS, gap_rows, parameter_rows, part_rows
-from reports.text.diagnosis import headline as diagnosis_headline
+from reports.presentation.diagnosis import GAP_HEADS, PARAMETER_HEADS, PART_HEADS, PresentedDiagnosis, cells
+from reports.presentation.pooled import PresentedPool
 from reports.text.outcome import headline
-from reports.text.pooled import agreement_line, coefficient_rows, pooled_gap_rows
 from validation.comparison.ranking import uncorrected_row
 from validation.scoring.definitions import SCORE_DEFINITIONS
 from validation.scoring.outcome import Outcome
@@ -83,45 +79,30 @@ def show_calibrations(calibrations: Mapping[str, Calibration]) -> None:
     show_table("calibrations", ["calibrator", "status", "offset, nT", "matrix", "reason"], rows)
 
 
-def show_answer(found: Diagnosis | PooledDiagnosis) -> None:
-    """A diagnosis of one or of several recordings."""
-    if isinstance(found, Diagnosis):
-        show_diagnosis(found)
+def show_answer(found: PresentedDiagnosis | PresentedPool) -> None:
+    """A diagnosis of one or of several recordings: words, tables, and the change of the model where it is short."""
+    show_text(found.headline + "\n")
+    if isinstance(found, PresentedPool):
+        _show_together(found)
     else:
-        show_together(found)
+        _show_diagnosis(found)
+    if 0 < len(found.diff) <= MOST_DIFF_LINES:
+        show_text("\n" + "\n".join(found.diff))
 
 
-def show_together(found: PooledDiagnosis) -> None:
-    """Verdict, sentence, next steps, each effect by recording, the gaps, and the change of the model."""
-    show_text(diagnosis_headline(found) + "\n")
+def _show_together(found: PresentedPool) -> None:
+    """Each effect by recording, and the gaps."""
     for one in found.common:
-        heads = [found.scope.noun, "", "parameter", "value", "low", "high", "unit"]
-        show_table(
-            f"{one.name}: {found.scope.labels[one.transfer]}", heads, list(coefficient_rows(found, one)), numbers=False
-        )
-        show_text(agreement_line(one) + "\n")
-    heads = ["gap, rms", "before, nT", "after, nT", "before / noise", "after / noise", "explained", "by itself"]
-    show_table("", heads, pooled_gap_rows(found))
-    diff = lines_of_diff(found.each[0].problem.effects, found.model)
-    if 0 < len(diff) <= MOST_DIFF_LINES:
-        show_text("\n" + "\n".join(diff))
+        show_table(f"{one.name}: {one.reach}", [found.scope.noun, "", *PARAMETER_HEADS], one.rows, numbers=False)
+        show_text(one.test + "\n")
+    show_table("", [*GAP_HEADS, "by itself"], found.gaps)
 
 
-def show_diagnosis(found: Diagnosis) -> None:
-    """Verdict, sentence, next steps, effects, gap, and the change of the model where it is short."""
-    show_text(diagnosis_headline(found) + "\n")
-    heads = ["effect", "or", "parameter", "value", "low", "high", "unit"]
-    rows = [
-        [one.name, ", ".join(one.alternatives), *(cell or "" for cell in row)]
-        for one in found.named
-        for row in parameter_rows(one)
-    ]
+def _show_diagnosis(found: PresentedDiagnosis) -> None:
+    """Effects, gap, and the parts of the run."""
+    rows = [(one.name, ", ".join(one.alternatives), *cells(row)) for one in found.causes for row in one.parameters]
     if rows:
-        show_table("missing effects", heads, rows, numbers=False)
-    heads = ["gap, rms", "before, nT", "after, nT", "before / noise", "after / noise", "explained"]
-    show_table("", heads, gap_rows(found))
-    if parts := part_rows(found):
-        show_table("when it is", PART_HEADS, parts)
-    diff = model_diff(found)
-    if 0 < len(diff) <= MOST_DIFF_LINES:
-        show_text("\n" + "\n".join(diff))
+        show_table("missing effects", ["effect", "or", *PARAMETER_HEADS], rows, numbers=False)
+    show_table("", GAP_HEADS, found.gaps)
+    if found.parts:
+        show_table("when it is", PART_HEADS, found.parts)

@@ -8,6 +8,8 @@ Where a new part goes (one function, class or line each; nothing else changes):
   `validation.scoring`; score table, ranking, JSON and notes follow;
 - plot outside a page: a ``draw_...`` function in `reports.plots`, and a line in ``EXAMPLES`` of the plots' test;
 - column or row of a table: a function in `reports.text`, which pages, viewer and terminal share;
+- anything shown of a diagnosis: a field of its presentation in `reports.presentation`, computed once for page, viewer,
+  terminal and notebook;
 - view of a recording: a function in `reports.viewer`, the only place that imports rerun;
 - file of a command: a function in `reports.outputs`.
 """

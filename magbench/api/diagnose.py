@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
     from calib.reference import Reference
     from diagnosis.policy import Policy
-    from diagnosis.result import Diagnosis
-    from diagnosis.several.result import PooledDiagnosis
     from diagnosis.sources import Source
     from magbench.api.results import DiagnosisResult, PooledDiagnosisResult
 
@@ -61,10 +59,11 @@ def diagnose(
     strength_nT, vector_nT = stated_field(field_strength_nT, field_enu_nT)
     stated = {"strength_nT": strength_nT, "field_enu_nT": vector_nT, "actuators": actuators}
     with locked(out) as place:
-        found = answer(Question.about(model, **stated, policy=policy or STANDARD), sources, second, say)
+        question = Question.about(model, **stated, policy=policy or STANDARD)
+        found = diagnosis_result(answer(question, sources, second, say))
         if place is not None:
             _write(found, place, sources, say)
-    return diagnosis_result(found)
+    return found
 
 
 def _second(confirm: Data, sources: Sequence[Source], maps: Sequence[str]) -> Source:
@@ -79,16 +78,16 @@ def _second(confirm: Data, sources: Sequence[Source], maps: Sequence[str]) -> So
 
 
 def _write(
-    found: Diagnosis | PooledDiagnosis, out: Path, sources: Sequence[Source], say: Callable[[str], object]
+    found: DiagnosisResult | PooledDiagnosisResult, out: Path, sources: Sequence[Source], say: Callable[[str], object]
 ) -> None:
-    from diagnosis.result import Diagnosis
+    from magbench.api.results import DiagnosisResult
     from reports.outputs.diagnosis import write_diagnosis, write_pooled_diagnosis
 
     say("report and recording")
-    if isinstance(found, Diagnosis):
-        write_diagnosis(found, out, f"Diagnosis of {sources[0].name}")
+    if isinstance(found, DiagnosisResult):
+        write_diagnosis(found.presented, out, f"Diagnosis of {sources[0].name}")
     else:
-        folders = write_pooled_diagnosis(found, out, f"Diagnosis of {len(sources)} {found.scope.key}")
+        folders = write_pooled_diagnosis(found.presented, out, f"Diagnosis of {len(sources)} {found.scope.key}")
         say(f"each by itself: {', '.join(folders)}")
 
 

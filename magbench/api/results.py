@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
+from functools import cached_property
 from html import escape
 from typing import TYPE_CHECKING, Any, Self
 
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from reports.plots.style import Figure
+    from reports.presentation.diagnosis import PresentedDiagnosis
+    from reports.presentation.pooled import PresentedPool
     from validation.calibrating.calibrator_entry import CalibratorEntry
     from validation.cross_validation.claimed_std import Claim
 
@@ -203,20 +206,27 @@ class DiagnosisResult(Diagnosis, Displayed):
         """A diagnosis, displayed."""
         return cls(**values_of(found))
 
+    @cached_property
+    def presented(self) -> PresentedDiagnosis:
+        """Words, rows and series, as report, viewer and terminal show them."""
+        from reports.presentation.diagnosis import PresentedDiagnosis
+
+        return PresentedDiagnosis.of(self)
+
     def to_frame(self) -> pd.DataFrame:
         """The parameters of the missing effects with the ends of their 95 % intervals."""
         import pandas as pd
 
-        from reports.text.diagnosis import parameter_rows
+        from reports.presentation.diagnosis import PARAMETER_HEADS
 
-        heads = ["effect", "parameter", "value", "low", "high", "unit"]
-        return pd.DataFrame([(one.name, *row) for one in self.named for row in parameter_rows(one)], columns=heads)
+        rows = [(cause.name, *row) for cause in self.presented.causes for row in cause.parameters]
+        return pd.DataFrame(rows, columns=["effect", *PARAMETER_HEADS])
 
     def plot(self) -> Figure:
         """The gap over time, before and after."""
         from reports.plots.diagnosis import draw_gap
 
-        return draw_gap(self)
+        return draw_gap(self.presented)
 
 
 class PooledDiagnosisResult(PooledDiagnosis, Displayed):
@@ -227,21 +237,27 @@ class PooledDiagnosisResult(PooledDiagnosis, Displayed):
         """A pooled diagnosis, displayed."""
         return cls(**values_of(found))
 
+    @cached_property
+    def presented(self) -> PresentedPool:
+        """Words, rows and series, as report, viewer and terminal show them."""
+        from reports.presentation.pooled import PresentedPool
+
+        return PresentedPool.of(self)
+
     def to_frame(self) -> pd.DataFrame:
         """The parameters of the effects, pooled and in every recording, with their 95 % intervals."""
         import pandas as pd
 
-        from reports.text.pooled import coefficient_rows
+        from reports.presentation.diagnosis import PARAMETER_HEADS
 
-        heads = ["effect", self.scope.noun, "evidence", "parameter", "value", "low", "high", "unit"]
-        rows = [(one.name, *row) for one in self.common for row in coefficient_rows(self, one)]
-        return pd.DataFrame(rows, columns=heads)
+        heads = ["effect", self.scope.noun, "evidence", *PARAMETER_HEADS]
+        return pd.DataFrame([(one.name, *row) for one in self.presented.common for row in one.rows], columns=heads)
 
     def plot(self) -> Figure:
         """The gap of every recording over time, before and after."""
         from reports.plots.pooled import draw_gaps
 
-        return draw_gaps(self)
+        return draw_gaps(self.presented)
 
 
 def diagnosis_result(found: Diagnosis | PooledDiagnosis) -> DiagnosisResult | PooledDiagnosisResult:

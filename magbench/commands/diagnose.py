@@ -93,7 +93,7 @@ def command(
     if json:
         emit(found.as_dict() | {"model_out": str(place / "model.toml")})
     else:
-        show_answer(found)
+        show_answer(found.presented)
     say(f"{place}: {', '.join(FILES)}")
     if not found.verdict.explained:
         raise typer.Exit(1)

@@ -8,52 +8,49 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from diagnosis.result import Diagnosis
-from diagnosis.several.result import PooledDiagnosis
 from recordings.files import atomic_write, system_errors_about
 from reports.pages.diagnosis import diagnosis_page
 from reports.pages.pooled import pooled_page
+from reports.presentation.answer import PresentedAnswer
+from reports.presentation.diagnosis import PresentedDiagnosis
+from reports.presentation.pooled import PresentedPool
 from reports.viewer.diagnosis import diagnosis_recording
 from reports.viewer.pooled import pooled_recording
 from scenarios.plain import json_ready
-from scenarios.toml import to_toml
 
 FILES = ("report.html", "diagnosis.json", "model.toml", "recording.rrd")
 NEXT = "next.toml"
 """Beside them, where a leg is advised."""
 
 
-def write_diagnosis(diagnosis: Diagnosis, out: Path, title: str) -> None:
+def write_diagnosis(found: PresentedDiagnosis, out: Path, title: str) -> None:
     """Write FILES into a directory locked by the process (`locked_directory`).
 
     The contents are made in memory, written to temporary files, and renamed together, so that a directory never mixes
     two diagnoses. Raises InputError where the system refuses to write.
     """
-    summary = json_text(diagnosis.as_dict())
-    texts = (diagnosis_page(diagnosis, title), summary, to_toml(diagnosis.model))
-    write_whole(out, (*(text.encode() for text in texts), diagnosis_recording(diagnosis, title)))
-    _write_next(diagnosis, out / NEXT)
+    write_whole(out, found, diagnosis_page(found, title), diagnosis_recording(found, title))
+    _write_next(found.next_flight, out / NEXT)
 
 
-def _write_next(diagnosis: Diagnosis, path: Path) -> None:
+def _write_next(scenario: str | None, path: Path) -> None:
     """Write the scenario to fly next, or remove the scenario of an earlier diagnosis."""
     with system_errors_about(path):
-        if diagnosis.next_flight is None:
+        if scenario is None:
             path.unlink(missing_ok=True)
             return
         with atomic_write(path) as part:
-            part.write_text(to_toml(diagnosis.next_flight.scenario), encoding="utf-8")
+            part.write_text(scenario, encoding="utf-8")
 
 
-def write_pooled_diagnosis(pooled: PooledDiagnosis, out: Path, title: str) -> tuple[str, ...]:
+def write_pooled_diagnosis(pooled: PresentedPool, out: Path, title: str) -> tuple[str, ...]:
     """Write FILES of a pooled diagnosis, and FILES of each recording in a folder beside; return the folders' names."""
     folders = tuple(f"{i:02d}-{_as_folder(name)}" for i, name in enumerate(pooled.names, start=1))
     for name, folder, own in zip(pooled.names, folders, pooled.each, strict=True):
         with system_errors_about(out / folder):
             (out / folder).mkdir(exist_ok=True)
         write_diagnosis(own, out / folder, f"Diagnosis of {name}")
-    texts = (pooled_page(pooled, title, folders), json_text(pooled.as_dict()), to_toml(pooled.model))
-    write_whole(out, (*(text.encode() for text in texts), pooled_recording(pooled, title)))
+    write_whole(out, pooled, pooled_page(pooled, title, folders), pooled_recording(pooled, title))
     return folders
 
 
@@ -67,10 +64,11 @@ def json_text(values: dict[str, Any]) -> str:
     return json.dumps(json_ready(values) | {"model_out": "model.toml"}, indent=1, allow_nan=False) + "\n"
 
 
-def write_whole(out: Path, contents: tuple[bytes, ...]) -> None:
+def write_whole(out: Path, found: PresentedAnswer, page: str, recording: bytes) -> None:
     """Write the contents of FILES to temporary files, and rename them after the last write."""
+    texts = (page, json_text(found.summary), found.model)
     with ExitStack() as whole:
-        for name, content in zip(FILES, contents, strict=True):
+        for name, content in zip(FILES, (*map(str.encode, texts), recording), strict=True):
             part = whole.enter_context(atomic_write(out / name))
             with system_errors_about(out / name):
                 part.write_bytes(content)

@@ -2,25 +2,15 @@
 
 from __future__ import annotations
 
-import itertools
 from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from diagnosis.evidence.localise import channels
-from diagnosis.result import Diagnosis
-from reports.gap_series import (
-    GapAlongPath,
-    block_length,
-    block_means,
-    displayed_gap,
-    gap_along_path,
-    hidden_by_iron_refit,
-    relative_to_first,
-)
 from reports.palette import AFTER, BEFORE, RAW, SOFT
 from reports.plots.style import WIDTH_IN, clip_outliers, panels, time_scale
+from reports.presentation.diagnosis import PresentedDiagnosis
+from reports.presentation.series import GapSeries, block_length, block_means
 from scenarios.arrays import Array
 from validation.signals.thinning import every_nth
 
@@ -30,57 +20,62 @@ LEAST_HEIGHT_M, LEAST_SHARE = 0.5, 0.02
 """A path's height is drawn from this extent on, and from this share of the horizontal one."""
 BINS = 24
 DIRECTIONS = ("east", "north", "up")
+Sides = tuple[tuple[str, str, str], ...]
+"""Side, colour and label of the curves of a gap."""
+BOTH: Sides = (("before", BEFORE, "before"), ("after", AFTER, "after"))
+EQUAL: Sides = (("before", BEFORE, "before and after, equal"),)
 
 
-def draw_gap(diagnosis: Diagnosis) -> Figure:
+def draw_gap(found: PresentedDiagnosis) -> Figure:
     """Draw measured minus simulated over time, before and after: means over short (pale) and long (bold) blocks."""
-    labels = diagnosis.problem.outputs
-    figure = Figure(figsize=(WIDTH_IN, 1.7 * len(labels) + 0.8), layout="constrained")
-    axes = figure.subplots(len(labels), 1, sharex=True, squeeze=False)[:, 0]
-    scale, unit = time_scale(diagnosis.problem.state.time_s)
-    time = diagnosis.problem.state.time_s / scale
-    for (gap, colour, label), (i, axis) in itertools.product(_curves(*displayed_gap(diagnosis)), enumerate(axes)):
-        draw_block_means(axis, time, gap[:, i], diagnosis.problem.usable, colour, label)
-    least = block_means(diagnosis.before_nT, block_length(len(time), FINE), diagnosis.problem.usable)
-    for i, axis in enumerate(axes):
-        clip_outliers(axis, least[:, i])
-        axis.set_ylabel(f"{labels[i]} (nT)")
+    series, gap = found.series, found.series.displayed
+    figure = Figure(figsize=(WIDTH_IN, 1.7 * len(series.outputs) + 0.8), layout="constrained")
+    axes = figure.subplots(len(series.outputs), 1, sharex=True, squeeze=False)[:, 0]
+    scale, unit = time_scale(series.time_s)
+    gaps, least = thinned(gap), series.residual.thinned(FINE).before_nT
+    for k, (axis, label) in enumerate(zip(axes, series.outputs, strict=True)):
+        draw_output(axis, gaps, k, _sides(gap.before_nT, gap.after_nT), scale)
+        clip_outliers(axis, least[:, k])
+        axis.set_ylabel(f"{label} (nT)")
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
-    how = "models without refit" if hidden_by_iron_refit(diagnosis) else "iron refitted"
+    how = "models without refit" if series.hidden else "iron refitted"
     axes[0].set_title(f"Measured minus simulated, {how}")
-    axes[-1].set(xlabel=f"time ({unit})", xlim=(time[0], time[-1]))
+    axes[-1].set(xlabel=f"time ({unit})", xlim=(series.time_s[0] / scale, series.time_s[-1] / scale))
     return figure
 
 
-def draw_block_means(axis: Any, time: Array, gap: Array, usable: Array, colour: str, label: str) -> None:
-    """Draw a gap (n,) over time as means over short (pale) and long (bold) blocks."""
-    for most, style in ((FINE, {"alpha": 0.3}), (COARSE, {"linewidth": 1.6, "label": label})):
-        length = block_length(len(gap), most)
-        axis.plot(block_means(time, length), block_means(gap, length, usable), color=colour, **style)
+def thinned(gap: GapSeries) -> tuple[GapSeries, GapSeries]:
+    """Return a gap as means over short and over long blocks."""
+    return gap.thinned(FINE), gap.thinned(COARSE)
 
 
-def draw_map(diagnosis: Diagnosis) -> Figure:
+def draw_output(axis: Any, gaps: tuple[GapSeries, GapSeries], k: int, sides: Sides, scale: float = 1.0) -> None:
+    """Draw output k of a thinned gap over time, short blocks pale and long blocks bold; scale: seconds in a unit."""
+    fine, coarse = gaps
+    for side, colour, label in sides:
+        axis.plot(fine.time_s / scale, fine.sides[side][:, k], color=colour, alpha=0.3)
+        axis.plot(coarse.time_s / scale, coarse.sides[side][:, k], color=colour, linewidth=1.6, label=label)
+
+
+def draw_map(found: PresentedDiagnosis) -> Figure:
     """Draw the size of the gap along the path, before and after: from above, and from the side if height changes."""
-    where, position = gap_along_path(diagnosis), diagnosis.problem.recording.pos_enu_m
-    assert position is not None
-    path_m = relative_to_first(position)[every_nth(len(position), MOST_POINTS)]
+    path, pos_m = found.series.path, found.series.pos_m
+    assert pos_m is not None
+    assert path.pos_m is not None
+    path_m = pos_m[every_nth(len(pos_m), MOST_POINTS)]
     planes = _planes(path_m)
     figure, axes = panels(3.6 * len(planes) + 0.2, len(planes), 2, sharex="row", sharey="row", squeeze=False)
-    sizes = [np.linalg.norm(gap, axis=1) for gap in (where.before_nT, where.after_nT)]
-    most = max(float(np.nanquantile(sizes[0], 0.98)), 1e-9)
+    sizes = {side: np.linalg.norm(gap, axis=1) for side, gap in path.gap.sides.items()}
+    most = max(float(np.nanquantile(sizes["before"], 0.98)), 1e-9)
     for plane, row in zip(planes, axes, strict=True):
-        for axis, size, title in zip(row, sizes, ("before", "after"), strict=True):
+        for axis, (side, size) in zip(row, sizes.items(), strict=True):
             axis.plot(*path_m[:, plane].T, color=RAW, linewidth=0.4, zorder=1)
-            dots = _draw_places(axis, where, plane, size, most)
-            _label_plane(axis, plane, title)
+            dots = _draw_places(axis, path.pos_m[:, plane], size, most)
+            _label_plane(axis, plane, side)
         row[0].set_ylabel(f"{DIRECTIONS[plane[1]]} (m)")
-    figure.colorbar(dots, ax=axes, shrink=0.8, pad=0.01, label=_size_label(diagnosis, where), extend="max")
+    label = f"size of the gap (nT); noise alone: {path.noise_nT:.2g}"
+    figure.colorbar(dots, ax=axes, shrink=0.8, pad=0.01, label=label, extend="max")
     return figure
-
-
-def _size_label(diagnosis: Diagnosis, where: GapAlongPath) -> str:
-    noise = float(np.linalg.norm(diagnosis.problem.sigma_nT)) / np.sqrt(where.samples)
-    return f"size of the gap (nT); noise alone: {noise:.2g}"
 
 
 def _planes(path_m: Array) -> list[list[int]]:
@@ -90,21 +85,12 @@ def _planes(path_m: Array) -> list[list[int]]:
     return [[0, 1], [int(extent[1] > extent[0]), 2]] if rises else [[0, 1]]
 
 
-def _draw_places(axis: Any, where: GapAlongPath, plane: list[int], size: Array, most: float) -> Any:
-    """Draw dots coloured by size (m,), large values on top."""
-    assert where.pos_m is not None
+def _draw_places(axis: Any, places_m: Array, size: Array, most: float) -> Any:
+    """Draw dots (m, 2) coloured by size (m,), large values on top."""
     order = np.argsort(size)
-    return axis.scatter(
-        *where.pos_m[order][:, plane].T,
-        c=size[order],
-        s=7,
-        cmap="viridis_r",
-        vmin=0,
-        vmax=most,
-        linewidths=0,
-        zorder=2,
-        rasterized=True,
-    )
+    x, y = places_m[order].T
+    style = {"s": 7, "cmap": "viridis_r", "linewidths": 0, "zorder": 2, "rasterized": True}
+    return axis.scatter(x, y, c=size[order], vmin=0, vmax=most, **style)
 
 
 def _label_plane(axis: Any, plane: list[int], title: str) -> None:
@@ -114,45 +100,42 @@ def _label_plane(axis: Any, plane: list[int], title: str) -> None:
         axis.set_aspect("equal")
 
 
-def draw_spectrum(diagnosis: Diagnosis) -> Figure:
+def draw_spectrum(found: PresentedDiagnosis) -> Figure:
     """Draw the amplitude density of the gap before and after, with the white noise of a sample."""
     figure, axis = panels(3.2)
-    interval = diagnosis.problem.state.interval_s
-    for values, colour, label in _curves(diagnosis.before_nT, diagnosis.after_nT):
-        axis.loglog(*_density(values, interval), color=colour, label=label)
-    level = float(np.sqrt((diagnosis.problem.sigma_nT**2).mean() * 2 * interval))
-    axis.axhline(level, color=SOFT, linestyle="--", label="noise of a sample")
+    spectrum = found.series.spectrum
+    for side, colour, label in _sides(spectrum.before, spectrum.after):
+        axis.loglog(spectrum.frequency_Hz, getattr(spectrum, side), color=colour, label=label)
+    axis.axhline(spectrum.level, color=SOFT, linestyle="--", label="noise of a sample")
     axis.set(xlabel="frequency (Hz)", ylabel="nT/√Hz")
     axis.legend()
     return figure
 
 
-def draw_channel(diagnosis: Diagnosis) -> Figure:
+def draw_channel(found: PresentedDiagnosis) -> Figure:
     """Draw the largest component of the gap against the channels that the gap follows: means as dots, bins as lines."""
-    values = dict(channels(diagnosis.problem))
-    names = [name for name, _, _ in diagnosis.where if name in values][:3] or ["time_s"]
-    gaps = displayed_gap(diagnosis)
-    component = int(np.argmax((gaps[0] ** 2).sum(axis=0)))
-    length = block_length(len(gaps[0]), MOST_POINTS)
+    series, gap = found.series, found.series.displayed
+    channels = list(series.channels.items())[:3] or [("time_s", series.time_s)]
+    thin, output = gap.thinned(MOST_POINTS), gap.largest
     figure = Figure(figsize=(WIDTH_IN, 3.2), layout="constrained")
-    axes = figure.subplots(1, len(names), sharey=True, squeeze=False)[0]
-    for axis, name in zip(axes, names, strict=True):
-        channel = block_means(values[name], length)
-        for gap, colour, label in _curves(*gaps):
-            thin = block_means(gap[:, component], length, diagnosis.problem.usable)
-            axis.plot(channel, thin, ".", markersize=2, color=colour, alpha=0.3)
-            axis.plot(*_binned(channel, thin), color=colour, linewidth=2.0, label=label)
+    axes = figure.subplots(1, len(channels), sharey=True, squeeze=False)[0]
+    for axis, (name, values) in zip(axes, channels, strict=True):
+        channel = block_means(values, block_length(len(values), MOST_POINTS))
+        for side, colour, label in _sides(gap.before_nT, gap.after_nT):
+            component = thin.sides[side][:, output]
+            axis.plot(channel, component, ".", markersize=2, color=colour, alpha=0.3)
+            axis.plot(*_binned(channel, component), color=colour, linewidth=2.0, label=label)
         axis.set_xlabel(name)
-    axes[0].set_ylabel(f"{diagnosis.problem.outputs[component]} (nT)")
+    axes[0].set_ylabel(f"{series.outputs[output]} (nT)")
     axes[0].legend()
     return figure
 
 
-def draw_ranking(diagnosis: Diagnosis) -> Figure:
+def draw_ranking(found: PresentedDiagnosis) -> Figure:
     """Draw the evidence of every candidate in the first round, in nats on a signed logarithmic scale."""
-    rows = diagnosis.ranking[:12][::-1]
-    colour = {other: BEFORE for one in diagnosis.named for other in one.alternatives}
-    colour |= {one.name: AFTER for one in diagnosis.named}
+    rows = found.ranking[:12][::-1]
+    colour = {other: BEFORE for cause in found.causes for other in cause.alternatives}
+    colour |= {cause.name: AFTER for cause in found.causes}
     figure, axis = panels(0.26 * max(len(rows), 2) + 0.9)
     for y, one in enumerate(rows):
         bar = axis.barh(y, one.nats, color=colour.get(one.name, RAW))
@@ -165,11 +148,9 @@ def draw_ranking(diagnosis: Diagnosis) -> Figure:
     return figure
 
 
-def _curves(before: Array, after: Array) -> list[tuple[Array, str, str]]:
-    """Return values, colour and label of the gap before and after; a single curve where the gaps are equal."""
-    if np.array_equal(before, after):
-        return [(before, BEFORE, "before and after, equal")]
-    return [(before, BEFORE, "before"), (after, AFTER, "after")]
+def _sides(before: Array, after: Array) -> Sides:
+    """Return the curves of a gap before and after; a single curve where the gaps are equal."""
+    return EQUAL if np.array_equal(before, after) else BOTH
 
 
 def _binned(channel: Array, values: Array) -> tuple[Array, Array]:
@@ -177,12 +158,3 @@ def _binned(channel: Array, values: Array) -> tuple[Array, Array]:
     known = np.flatnonzero(np.isfinite(values))
     parts = np.array_split(known[np.argsort(channel[known], kind="stable")], BINS)
     return tuple(np.array([of[part].mean() for part in parts if len(part)]) for of in (channel, values))  # type: ignore[return-value]
-
-
-def _density(values: Array, interval_s: float) -> tuple[Array, Array]:
-    n = len(values)
-    power = (np.abs(np.fft.rfft(values - values.mean(axis=0), axis=0)) ** 2).mean(axis=1) * 2 * interval_s / n
-    f = np.fft.rfftfreq(n, interval_s)
-    edges = np.unique(np.geomspace(1, len(f) - 1, 300).astype(int))
-    cut = list(itertools.pairwise(edges))
-    return np.array([f[a:b].mean() for a, b in cut]), np.sqrt(np.array([power[a:b].mean() for a, b in cut]))

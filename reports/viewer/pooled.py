@@ -7,16 +7,14 @@ import zlib
 import rerun as rr
 import rerun.blueprint as rrb
 
-from diagnosis.several.result import PooledDiagnosis
-from reports.gap_series import block_length, block_means, value_axis_low
 from reports.palette import AFTER, BEFORE, XYZ
-from reports.text.diagnosis import headline
-from reports.viewer.stream import entity_name, layout, recording_bytes, send_scalars, send_static, time_view
+from reports.presentation.pooled import PresentedPool
+from reports.viewer.stream import entity_name, gap_views, layout, recording_bytes, send_scalars, send_static
 
 MOST_ROWS = 100_000
 
 
-def pooled_recording(pooled: PooledDiagnosis, title: str) -> bytes:
+def pooled_recording(pooled: PresentedPool, title: str) -> bytes:
     """Return the recording with its layout as the bytes of an .rrd file.
 
     Timeline `time`: seconds since each recording's first sample. `<name>/residual/before` and `<name>/residual/after`:
@@ -25,28 +23,19 @@ def pooled_recording(pooled: PooledDiagnosis, title: str) -> bytes:
 
     def fill(stream: rr.RecordingStream) -> None:
         stream.send_recording_name(title)
-        send_static(stream, "notes", rr.TextDocument(headline(pooled), media_type="text/markdown"))
-        for name, own, *gaps in zip(pooled.names, pooled.each, pooled.before_nT, pooled.after_nT, strict=True):
-            length = block_length(len(own.problem.recording), MOST_ROWS)
-            time_s = block_means(own.problem.state.time_s, length)
-            for part, gap, colour in zip(("before", "after"), gaps, (BEFORE, AFTER), strict=True):
-                labels, colours = (["x", "y", "z"], XYZ) if gap.shape[1] == 3 else ([part], (colour,))
-                thin = block_means(gap, length, own.problem.usable)
-                send_scalars(stream, f"{entity_name(name)}/residual/{part}", time_s, thin, labels, colours)
+        send_static(stream, "notes", rr.TextDocument(pooled.headline, media_type="text/markdown"))
+        for name, gap in zip(pooled.names, pooled.series, strict=True):
+            thin = gap.thinned(MOST_ROWS)
+            for (side, gap_nT), colour in zip(thin.sides.items(), (BEFORE, AFTER), strict=True):
+                labels, colours = (["x", "y", "z"], XYZ) if gap_nT.shape[1] == 3 else ([side], (colour,))
+                send_scalars(stream, f"{entity_name(name)}/residual/{side}", thin.time_s, gap_nT, labels, colours)
 
-    name = f"together_{zlib.crc32(b''.join(gap.tobytes() for gap in pooled.before_nT)):08x}"
+    name = f"together_{zlib.crc32(b''.join(gap.before_nT.tobytes() for gap in pooled.series)):08x}"
     return recording_bytes(name, _layout(pooled), fill)
 
 
-def _layout(pooled: PooledDiagnosis) -> rrb.Blueprint:
-    tabs = []
-    for name, own, before in zip(pooled.names, pooled.each, pooled.before_nT, strict=True):
-        time_s = own.problem.state.time_s
-        low = value_axis_low(before)
-        views = [
-            time_view(f"{text} (nT)", time_s, f"{entity_name(name)}/residual/{part}", low=low)
-            for part, text in (("before", "the model as given"), ("after", pooled.scope.after))
-        ]
-        tabs.append(rrb.Grid(*views, grid_columns=1, name=name))
+def _layout(pooled: PresentedPool) -> rrb.Blueprint:
+    gaps = zip(pooled.names, pooled.series, strict=True)
+    tabs = [gap_views(gap, f"{entity_name(name)}/residual", pooled.scope.after, name) for name, gap in gaps]
     notes = rrb.TextDocumentView(origin="notes", name="Together")
     return layout(rrb.Horizontal(rrb.Tabs(*tabs, active_tab=0), notes, column_shares=[3, 2]))

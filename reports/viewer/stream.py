@@ -12,6 +12,7 @@ import rerun.blueprint as rrb
 
 from recordings.files import atomic_write, system_errors_about
 from reports.palette import LINES, XYZ, rgb
+from reports.presentation.series import MOST_BLOCKS, GapSeries, block_length, block_means
 from scenarios.arrays import Array
 from scenarios.errors import InputError
 
@@ -80,6 +81,19 @@ def time_view(name: str, time_s: Array, *contents: str, low: float | None = None
     axis_y = {} if low is None else {"axis_y": rrb.ScalarAxis(range=(low, -low), zoom_lock=False)}
     axis_x = rrb.TimeAxis(view_range=whole)
     return rrb.TimeSeriesView(origin="/", contents=list(contents), name=name, axis_x=axis_x, **axis_y)
+
+
+def gap_views(gap: GapSeries, entity: str, after: str, name: str) -> rrb.Grid:
+    """Return plots of a gap before and after, one below the other, with a common symmetric value axis.
+
+    after : what the gap afterwards is based on, in words.
+    """
+    low = (
+        -1.5 * float(np.nanmax(np.abs(block_means(gap.before_nT, block_length(len(gap.time_s), MOST_BLOCKS))))) or None
+    )
+    names = {"before": "the model as given", "after": after}
+    views = [time_view(f"{text} (nT)", gap.time_s, f"{entity}/{side}", low=low) for side, text in names.items()]
+    return rrb.Grid(*views, grid_columns=1, name=name)
 
 
 def layout(*parts: Any) -> rrb.Blueprint:

@@ -23,10 +23,11 @@ from diagnosis.result import Diagnosis
 from diagnosis.verdict import Verdict
 from diagnosis.workflow import diagnose
 from magbench.cli import Terminated
-from magbench.tables import show_diagnosis
-from reports.gap_series import block_means, compared_series, gap_along_path
+from magbench.tables import show_answer
 from reports.outputs.diagnosis import FILES, write_diagnosis
 from reports.pages.diagnosis import diagnosis_page
+from reports.presentation.diagnosis import PresentedDiagnosis
+from reports.presentation.series import DiagnosisSeries, block_means
 from reports.viewer import read_series, verify
 from scenarios.errors import InputError
 from sim.scenario import ModelSpec, load_model
@@ -57,12 +58,13 @@ def strength(flight, model) -> Diagnosis:  # type: ignore[no-untyped-def]
 
 def recorded(found: Diagnosis, folder: Path) -> Path:
     """The recording alone, on disk."""
-    (folder / "recording.rrd").write_bytes(diagnosis_recording.diagnosis_recording(found, "Diagnosis"))
+    content = diagnosis_recording.diagnosis_recording(PresentedDiagnosis.of(found), "Diagnosis")
+    (folder / "recording.rrd").write_bytes(content)
     return folder / "recording.rrd"
 
 
 def test_every_file_is_written_and_the_recording_is_valid(found: Diagnosis, tmp_path: Path) -> None:
-    write_diagnosis(found, tmp_path, "Diagnosis")
+    write_diagnosis(PresentedDiagnosis.of(found), tmp_path, "Diagnosis")
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(FILES)
     verify(tmp_path / "recording.rrd")
     assert len(RrdReader(tmp_path / "recording.rrd").blueprints()) == 1
@@ -70,9 +72,8 @@ def test_every_file_is_written_and_the_recording_is_valid(found: Diagnosis, tmp_
 
 
 def test_the_summary_is_json_even_where_a_figure_is_none(found: Diagnosis, tmp_path: Path) -> None:
-    write_diagnosis(
-        replace(found, ranking=(replace(found.ranking[0], nats=np.nan, needed=np.inf),)), tmp_path, "Diagnosis"
-    )
+    unknown = replace(found.ranking[0], nats=np.nan, needed=np.inf)
+    write_diagnosis(PresentedDiagnosis.of(replace(found, ranking=(unknown,))), tmp_path, "Diagnosis")
     summary = json.loads((tmp_path / "diagnosis.json").read_text(), parse_constant=pytest.fail)
     assert (summary["candidates"][0]["evidence_nats"], summary["candidates"][0]["needed_nats"]) == (None, None)
     assert summary["model_out"] == "model.toml"
@@ -121,7 +122,7 @@ def test_without_position_or_attitude_the_recording_has_what_there_is(strength: 
     measured, after = (read_series(path, f"strength/{name}")[1] for name in ("measured", "after"))
     used = found.problem.usable > 0
     assert (measured - after)[used] == pytest.approx(found.after_nT[used, 0], abs=1e-6)
-    assert "along the path" not in diagnosis_page(found, "Diagnosis")
+    assert "along the path" not in diagnosis_page(PresentedDiagnosis.of(found), "Diagnosis")
 
 
 def test_strength_and_dip_stand_beside_each_other(tmp_path: Path) -> None:
@@ -137,7 +138,9 @@ def test_strength_and_dip_stand_beside_each_other(tmp_path: Path) -> None:
         assert measured[used].mean() == pytest.approx(size_nT, rel=2e-3)
         assert (measured - after)[used] == pytest.approx(found.after_nT[used, a], abs=1e-6)
     assert read_series(path, "residual/after")[1].shape == (len(given), 2)
-    assert "strength and dip were compared" in without_scripts(diagnosis_page(found, "Diagnosis"))
+    assert "strength and dip were compared" in without_scripts(
+        diagnosis_page(PresentedDiagnosis.of(found), "Diagnosis")
+    )
 
 
 def test_long_recordings_are_thinned_by_block_means(
@@ -164,18 +167,21 @@ def test_places_begin_at_zero_and_keep_large_coordinates(found: Diagnosis) -> No
     recording = found.problem.recording
     assert recording.pos_enu_m is not None
     far = replace(recording, pos_enu_m=recording.pos_enu_m + np.array([5e5, 5e6, 0.0]))
-    moved = gap_along_path(replace(found, problem=replace(found.problem, recording=far)))
-    assert moved.pos_m is not None
-    assert moved.pos_m == pytest.approx(gap_along_path(found).pos_m, abs=1e-6)
+    moved, series = (DiagnosisSeries.of(replace(found, problem=replace(found.problem, recording=one)))
+                     for one in (far, recording))  # fmt: skip
+    assert moved.path.pos_m is not None
+    assert moved.path.pos_m == pytest.approx(series.path.pos_m, abs=1e-6)
+    assert moved.pos_m == pytest.approx(series.pos_m, abs=1e-6)
 
 
 def test_a_difference_of_the_iron_shows_as_the_models_stand(flight, model) -> None:  # type: ignore[no-untyped-def]
     """The base takes a hard iron up whole: only measured minus simulated without refitting can show it."""
     found = diagnose(flight({"sensor_offset": {"offset_nT": [40.0, 0.0, 0.0]}}), model())
-    both = compared_series(found)
-    assert np.abs((both.measured_nT - both.before_nT).mean(axis=0)) == pytest.approx([40, 0, 0], abs=0.3)
-    assert np.abs((both.measured_nT - both.after_nT).mean(axis=0)).max() < 0.3
-    assert np.linalg.norm(np.nanmean(gap_along_path(found).before_nT, axis=0)) == pytest.approx(40, abs=0.5)
+    series = DiagnosisSeries.of(found)
+    before_nT, after_nT = (gap.mean(axis=0) for gap in series.difference.sides.values())
+    assert np.abs(before_nT) == pytest.approx([40, 0, 0], abs=0.3)
+    assert np.abs(after_nT).max() < 0.3
+    assert np.linalg.norm(np.nanmean(series.path.gap.before_nT, axis=0)) == pytest.approx(40, abs=0.5)
 
 
 @pytest.mark.parametrize("failure", [Terminated(15), InputError("no", where="here", do="that"), MemoryError()])
@@ -189,14 +195,14 @@ def test_what_ends_early_leaves_the_old_files_as_they_were(
         (tmp_path / name).write_text("old")
     monkeypatch.setattr(outputs, "diagnosis_recording", fail)
     with pytest.raises(type(failure)):
-        write_diagnosis(found, tmp_path, "Diagnosis")
+        write_diagnosis(PresentedDiagnosis.of(found), tmp_path, "Diagnosis")
     assert {path.name: path.read_text() for path in tmp_path.iterdir()} == dict.fromkeys(FILES, "old")
 
 
 def test_a_place_that_cannot_be_written_is_told_and_nothing_is_left(found: Diagnosis, tmp_path: Path) -> None:
     (tmp_path / "recording.rrd").mkdir()
     with pytest.raises(InputError, match=r"recording\.rrd"):
-        write_diagnosis(found, tmp_path, "Diagnosis")
+        write_diagnosis(PresentedDiagnosis.of(found), tmp_path, "Diagnosis")
     assert [path.name for path in tmp_path.iterdir()] == ["recording.rrd"]
 
 
@@ -210,7 +216,7 @@ def test_the_diff_is_what_was_added(found: Diagnosis, flight, model) -> None:  #
 
 
 def test_the_page_answers_before_it_draws(found: Diagnosis) -> None:
-    page = diagnosis_page(found, "Diagnosis <of> a log")
+    page = diagnosis_page(PresentedDiagnosis.of(found), "Diagnosis <of> a log")
     text = page.partition("<img")[0]
     assert "Diagnosis &lt;of&gt; a log" in text
     for answer in (
@@ -229,15 +235,15 @@ def test_the_page_answers_before_it_draws(found: Diagnosis) -> None:
 def test_a_class_is_told_plainly(found: Diagnosis, capsys: pytest.CaptureFixture[str]) -> None:
     named = (replace(found.named[0], alternatives=("latency", "bandwidth")),)
     several = replace(found, named=named, verdict=Verdict.CLASS)
-    text = diagnosis_page(several, "Diagnosis").partition("<img")[0]
+    text = diagnosis_page(PresentedDiagnosis.of(several), "Diagnosis").partition("<img")[0]
     assert "cannot distinguish <b>motor_current</b> from <b>latency</b>, <b>bandwidth</b>" in text
-    show_diagnosis(several)
+    show_answer(PresentedDiagnosis.of(several))
     assert "latency, bandwidth" in capsys.readouterr().out
 
 
 def test_the_terminal_tells_all_of_it(found: Diagnosis, capsys: pytest.CaptureFixture[str]) -> None:
     long = replace(found, sentence="word " * 100 + "end.", advice=("Fly circles.", "Log currents."))
-    show_diagnosis(long)
+    show_answer(PresentedDiagnosis.of(long))
     told = capsys.readouterr().out
     for text in ("end.", "1. Fly circles.", "2. Log currents.", "+[effects.motor_current]", "models without refit"):
         assert text in told

@@ -6,13 +6,14 @@ import json
 from pathlib import Path
 
 from reports.outputs.diagnosis import FILES, write_pooled_diagnosis
+from reports.presentation.pooled import PresentedPool
 from sim.scenario import load_model
 from tests.diagnosis.several.test_workflow import NAMES, motor, together
 
 
 def test_the_lot_and_each_recording_are_written(tmp_path: Path) -> None:
     found = together(motor(1.0), motor(1.3))
-    folders = write_pooled_diagnosis(found, tmp_path, "Diagnosis of 2 recordings")
+    folders = write_pooled_diagnosis(PresentedPool.of(found), tmp_path, "Diagnosis of 2 recordings")
     assert folders == ("01-first", "02-second")
     for place in (tmp_path, *(tmp_path / folder for folder in folders)):
         assert {one.name for one in place.iterdir() if one.is_file()} == set(FILES)

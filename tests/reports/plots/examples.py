@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from diagnosis.result import Diagnosis, EvidenceKind
+from diagnosis.result import EvidenceKind
 from diagnosis.several.result import PooledDiagnosis
 from diagnosis.several.workflow import diagnose_together
 from papers.ding2021 import figures as ding2021
@@ -40,6 +40,9 @@ from reports.plots import (
     plan,
     pooled,
 )
+from reports.presentation.channel_curves import channel_curves as curves_of
+from reports.presentation.diagnosis import PresentedDiagnosis
+from reports.presentation.pooled import PresentedPool
 from scenarios.sweep import parse_sweep
 from sim.effects.channels import ChannelEffect
 from sim.scenario import load
@@ -64,10 +67,11 @@ LEG = SimpleNamespace(choice=SimpleNamespace(phase=SimpleNamespace(duration_s=60
 LEGS: Any = SimpleNamespace(
     legs=(LEG, LEG), idle=LEG, task=SimpleNamespace(goal=SimpleNamespace(short="offset", unit="nT"))
 )
-CURVE: Any = SimpleNamespace(
+CURVED: Any = SimpleNamespace(
     named=[SimpleNamespace(effect=CHANNEL_EFFECT, kind=EvidenceKind.CURVE, covariance=np.eye(9))],
     problem=SimpleNamespace(mode="strength"),
 )
+CURVES: Any = SimpleNamespace(curves=curves_of(CURVED))
 
 
 @cache
@@ -91,8 +95,13 @@ def pool() -> PooledDiagnosis:
     return diagnose_together(NAMES[:2], [problem_of(json.dumps(one), i) for i, one in enumerate(hidden)], MODEL)
 
 
-def single() -> Diagnosis:
-    return pool().each[0]
+@cache
+def presented() -> PresentedPool:
+    return PresentedPool.of(pool())
+
+
+def single() -> PresentedDiagnosis:
+    return presented().each[0]
 
 
 @cache
@@ -147,7 +156,7 @@ EXAMPLES: dict[str, Callable[[], Figure]] = {
     "bound.draw_offset": lambda: bound.draw_offset(what_if()),
     "bound.draw_components": lambda: bound.draw_components(what_if().answers[-1]),
     "bound.draw_score_bounds": lambda: bound.draw_score_bounds(what_if()),
-    "channel_curves.draw_curves": lambda: channel_curves.draw_curves(CURVE),
+    "channel_curves.draw_curves": lambda: channel_curves.draw_curves(CURVES),
     "comparison.draw_over": lambda: comparison.draw_over(table(), SCORE, "effects.white_noise.std_nT"),
     "comparison.draw_distributions": lambda: comparison.draw_distributions(table(), SCORE, 0),
     "comparison.draw_ranks": lambda: comparison.draw_ranks(table(), SCORE, 0),
@@ -174,8 +183,8 @@ EXAMPLES: dict[str, Callable[[], Figure]] = {
     "plan.draw_angles": lambda: plan.draw_angles(flight_plan()),
     "plan.draw_gains": lambda: plan.draw_gains(LEGS),
     "plan.draw_design": lambda: plan.draw_design(flight_plan()),
-    "pooled.draw_coefficients": lambda: pooled.draw_coefficients(pool(), pool().common[0]),
-    "pooled.draw_gaps": lambda: pooled.draw_gaps(pool()),
+    "pooled.draw_coefficients": lambda: pooled.draw_coefficients(presented(), presented().common[0]),
+    "pooled.draw_gaps": lambda: pooled.draw_gaps(presented()),
     "ding2021.convergence_figure": lambda: ding2021.convergence_figure(Histories()),
     "ding2021.tensor_figure": ding2021.tensor_figure,
     "li2017.parameter_figure": lambda: li2017.parameter_figure(simulated(0, 600)),

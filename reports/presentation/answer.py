@@ -1,0 +1,41 @@
+"""Words common to the diagnosis of a single recording and of several recordings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from diagnosis.evidence.localise import ChannelShare
+from diagnosis.result import GapSize
+from diagnosis.verdict import Verdict
+from validation.text import digits
+
+
+@dataclass(frozen=True, kw_only=True)
+class PresentedAnswer:
+    """Verdict, sentence and advice; tiles (value, label); the new model with its change, and the JSON of `--json`."""
+
+    verdict: Verdict
+    sentence: str
+    advice: tuple[str, ...]
+    tiles: tuple[tuple[str, str], ...]
+    gaps: tuple[tuple[str, ...], ...]
+    where: tuple[ChannelShare, ...]
+    not_observable: tuple[str, ...]
+    diff: tuple[str, ...]
+    model: str
+    summary: dict[str, Any]
+
+    @property
+    def headline(self) -> str:
+        """Verdict, sentence and advice as lines of text."""
+        lines = [f"verdict: {self.verdict} ({self.verdict.meaning})", self.sentence]
+        if self.advice:
+            lines += ["", "what to do next", *(f"{i}. {line}" for i, line in enumerate(self.advice, start=1))]
+        return "\n".join(lines)
+
+
+def gap_cells(gap: GapSize) -> tuple[str, ...]:
+    """Return rms before and after in nT and in units of the noise, and the share explained."""
+    sizes = (digits(v) for v in (gap.before_nT, gap.after_nT, gap.before_sigma, gap.after_sigma))
+    return (*sizes, "no gap" if gap.explained is None else f"{100 * gap.explained:.1f} %")
