@@ -16,7 +16,7 @@ from tests.imports import FILES, ORDER, circle, graph, imported, name_of, parsed
 from tests.measure import functions
 
 FLOORS = (
-    {"signals"},
+    {"signals", "screening"},
     {"scoring", "calibrating", "inspection", "cross_validation"},
     {"bound", "comparison"},
     {"gates", "planning"},

@@ -100,6 +100,9 @@ class InspectionPolicy:
     )
     least_pile: int = number(10, "samples at the outermost code at least where noise exceeds the step")
 
+    # screening before a fit
+    least_kept: int = number(4, "rows that screening leaves at least: with fewer no calibrator has a solution")
+
     # spikes
     spike_sigma: float = number(
         8.0,

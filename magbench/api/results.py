@@ -15,10 +15,11 @@ from diagnosis.result import Diagnosis
 from diagnosis.several.result import PooledDiagnosis
 from recordings import Recording
 from reports.pages.comparison import Comparison
-from validation.calibrating.fitting import fit_all, sensor_recordings
+from validation.calibrating.fitting import sensor_fits, sensor_recordings
 from validation.gates.gate_outcome import GateOutcome
 from validation.inspection.inspection import Inspection
 from validation.scoring.outcome import Outcome
+from validation.screening.screening import ScreenedRecording, screen
 
 if TYPE_CHECKING:
     import numpy as np
@@ -84,19 +85,24 @@ class CalibrationResult(Calibration, Displayed):
 
 
 class Calibrations(dict[str, CalibrationResult]):
-    """Calibrations by name, of an array `name@sensor`, with the recording and the reference of all."""
+    """Calibrations by name, of an array `name@sensor`, with the screened recording and the reference of all."""
 
-    def __init__(self, results: Mapping[str, CalibrationResult], recording: Recording, reference: Reference) -> None:
+    def __init__(
+        self, results: Mapping[str, CalibrationResult], screening: ScreenedRecording, reference: Reference
+    ) -> None:
         super().__init__(results)
-        self.recording, self.reference = recording, reference
+        self.screening, self.recording, self.reference = screening, screening.recording, reference
 
     @classmethod
     def of(cls, recording: Recording, reference: Reference, chosen: Sequence[CalibratorEntry]) -> Self:
-        """The calibrations of a recording by every chosen calibrator."""
+        """The calibrations of a screened recording by every chosen calibrator."""
+        screening = screen(recording)
         views = {key: one for entry in chosen for key, one in sensor_recordings(recording, entry.name).items()}
-        fitted = fit_all(recording, reference, chosen)
-        results = {key: CalibrationResult.of(found, views[key], reference) for key, found in fitted.items()}
-        return cls(results, recording, reference)
+        results = {}
+        for fit in sensor_fits(screening.recording, reference, chosen):
+            judged = screening.judged(fit.calibration, fit.sensor)
+            results[fit.key] = CalibrationResult.of(judged, views[fit.key], reference)
+        return cls(results, screening, reference)
 
     def claims(self) -> dict[str, Claim]:
         """The offset's scatter over legs against its claimed standard deviation, where a calibrator claims one."""

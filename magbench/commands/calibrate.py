@@ -89,18 +89,20 @@ def command(
 
 
 def _show(found: Calibrations, gains: Sequence[CrossValidation] | None, json: bool) -> None:
-    """The calibrations, the claims that the legs contradict, and where asked the cross-validation."""
+    """The calibrations, faults of the sensor, claims that the legs contradict, and where asked the cross-validation."""
     from calib import to_dict
     from magbench.console import emit, show_text
     from magbench.tables import show_calibrations
     from validation.cross_validation.summary import claim_lines, claim_summary, headline, summary
+    from validation.screening.screening import screening_lines
 
     claims = found.claims()
     if json:
         asked = {} if gains is None else {"worth": [summary(one) for one in gains]}
         calibrations = {name: to_dict(result) for name, result in found.items()}
-        emit({"calibrations": calibrations, "claims": claim_summary(claims), **asked})
+        screening = found.screening.summary()
+        emit({"calibrations": calibrations, "screening": screening, "claims": claim_summary(claims), **asked})
         return
     show_calibrations(found)
-    for line in (*claim_lines(claims), *(headline(one) for one in gains or ())):
+    for line in (*screening_lines(found.screening), *claim_lines(claims), *(headline(one) for one in gains or ())):
         show_text(line)

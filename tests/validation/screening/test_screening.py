@@ -1,0 +1,87 @@
+"""A screened recording: faulty rows left out, faults in the reason, and no ok where a fault stays."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from calib import Calibration, Status
+from recordings import Recording
+from scenarios.arrays import Array
+from validation.screening.fault import Fault, rows_text
+from validation.screening.screening import ScreenedRecording, screen
+
+F_NT, OFFSET_NT, NOISE_NT = 48_000.0, np.array([12_000.0, -8_000.0, 25_000.0]), 150.0
+SOFT = np.array([[1.05, 0.02, -0.01], [0.02, 0.96, 0.015], [-0.01, 0.015, 1.01]])
+
+
+def tumble(seed: int, rows: int = 600, rate_hz: float = 10.0) -> Recording:
+    """Return a smooth full tumble with hard and soft iron."""
+    rng = np.random.default_rng(seed)
+    time_s = np.arange(rows) / rate_hz
+    lift = np.sin(0.31 * time_s + rng.uniform(0, 6)) * 0.99
+    turn = 0.83 * time_s + rng.uniform(0, 6) + 0.7 * np.sin(0.17 * time_s)
+    level = np.sqrt(1 - lift**2)
+    unit = np.column_stack([level * np.cos(turn), level * np.sin(turn), lift])
+    return Recording(time_s, F_NT * unit @ SOFT + OFFSET_NT + rng.normal(0, NOISE_NT, (rows, 3)))
+
+
+def changed(recording: Recording, mag_nT: Array) -> Recording:
+    return replace(recording, mag_nT=mag_nT)
+
+
+def test_a_sound_recording_is_given_back_as_it_is() -> None:
+    recording = tumble(1)
+    found = screen(recording)
+    assert found.faults == ()
+    assert found.recording.mag_nT is recording.mag_nT
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_samples_at_full_scale_are_left_out(seed: int) -> None:
+    recording = tumble(seed)
+    cut = np.abs(recording.mag_nT).max(axis=1) > 50_000
+    assert cut.any()
+    found = screen(changed(recording, np.clip(recording.mag_nT, -50_000, 50_000)))
+    (fault,) = found.faults
+    assert fault.kind == "full_scale"
+    np.testing.assert_array_equal(fault.rows, cut)
+    np.testing.assert_array_equal(found.recording.mag_nT, recording.mag_nT[~cut])
+
+
+def test_the_reason_names_the_fault_and_a_doubtful_fault_takes_the_ok_back() -> None:
+    rows = np.zeros(600, np.bool_)
+    rows[150:] = True
+    left_out = Fault("stuck", "axis z is stuck at 25,013 nT", rows)
+    stays = replace(left_out, remedy="none", doubtful=True, kind="alike", text="axes x and y measure the same")
+    fit = Calibration(name="ellipsoid", status=Status("ok"))
+    judged = ScreenedRecording(tumble(1), (left_out,)).judged(fit)
+    assert judged.status == Status("ok", "rows 151 to 600 were left out: axis z is stuck at 25,013 nT")
+    judged = ScreenedRecording(tumble(1), (left_out, stays)).judged(fit)
+    assert judged.status.kind == "unobservable"
+    assert judged.status.reason.endswith("; axes x and y measure the same")
+
+
+def test_a_fault_of_one_sensor_of_an_array_is_told_of_that_sensor_only() -> None:
+    first, second = tumble(1), tumble(2)
+    array = np.stack([first.mag_nT, np.clip(second.mag_nT, -50_000, 50_000)])
+    found = screen(replace(first, array_mag_nT=array))
+    (fault,) = found.faults
+    assert fault.sensor == 1
+    assert found.recording.array_mag_nT is not None
+    assert found.recording.array_mag_nT.shape == (2, len(found.recording), 3)
+    fit = Calibration(name="sphere", status=Status("ok"))
+    assert found.judged(fit, 0).status.reason == ""
+    assert "sensor 2: saturated" in found.judged(fit, 1).status.reason
+
+
+def test_rows_in_words() -> None:
+    rows = np.zeros(20, np.bool_)
+    rows[3] = True
+    assert rows_text(rows) == "row 4"
+    rows[7:10] = True
+    assert rows_text(rows) == "rows 4 and 8 to 10"
+    rows[::2] = True
+    assert rows_text(rows) == "13 rows"

@@ -1,0 +1,104 @@
+"""Screening of a recording for faults of its magnetometers, before a fit and in an inspection."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from calib import Calibration, Status
+from recordings import Recording
+from scenarios.arrays import Array
+from validation.policy import POLICY
+from validation.screening.fault import Fault, Mask
+from validation.screening.full_scale import full_scale
+from validation.text import sentence
+
+Screen = Callable[[Recording], Sequence[Fault]]
+SCREENS: tuple[Screen, ...] = (full_scale,)
+"""Screens in the order of use: each sees what the screens before it have left in and mended."""
+
+
+@dataclass(frozen=True, eq=False)
+class ScreenedRecording:
+    """A recording without its faulty rows, and the faults; rows are counted in the recording as given."""
+
+    recording: Recording
+    faults: tuple[Fault, ...]
+
+    def summary(self) -> list[dict[str, Any]]:
+        """Return the faults as plain values for JSON."""
+        return [fault.summary() for fault in self.faults]
+
+    def judged(self, calibration: Calibration, sensor: int | None = None) -> Calibration:
+        """Return a calibration of the screened recording with the faults in its reason.
+
+        An "ok" becomes "unobservable" where a fault that makes every estimate doubtful stays in the recording.
+        sensor : index of the calibrated sensor in an array; None for the whole recording.
+        """
+        concerned = [fault for fault in self.faults if sensor is None or fault.sensor in (None, sensor)]
+        if not concerned:
+            return calibration
+        status = calibration.status
+        reason = "; ".join([*(fault.told for fault in concerned), *([status.reason] if status.reason else [])])
+        doubtful = status.kind == "ok" and any(fault.doubtful for fault in concerned)
+        return replace(calibration, status=Status("unobservable" if doubtful else status.kind, reason))
+
+
+def screening_lines(screening: ScreenedRecording) -> list[str]:
+    """Return a sentence for each fault."""
+    return [sentence(fault.told) for fault in screening.faults]
+
+
+def screen(recording: Recording) -> ScreenedRecording:
+    """Screen a recording; of an array, every sensor, and a row with a fault of any sensor is left out."""
+    if recording.array_mag_nT is None:
+        keep, mag_nT, faults = _screened(recording, None)
+        return ScreenedRecording(_taken(replace(recording, mag_nT=mag_nT), keep), faults)
+    every = [_screened(recording.sensor(k), k) for k in range(len(recording.array_mag_nT))]
+    array = np.stack([mag_nT for _, mag_nT, _ in every])
+    keep = np.logical_and.reduce([keep for keep, _, _ in every])
+    faults = tuple(fault for _, _, found in every for fault in found)
+    if np.count_nonzero(keep) < POLICY.least_kept:
+        keep, faults = np.ones(len(recording), np.bool_), tuple(_left_in(fault) for fault in faults)
+    return ScreenedRecording(_taken(replace(recording, mag_nT=array[0], array_mag_nT=array), keep), faults)
+
+
+def _taken(recording: Recording, keep: Mask) -> Recording:
+    return recording if keep.all() else recording.taken(keep)
+
+
+def _screened(recording: Recording, sensor: int | None) -> tuple[Mask, Array, tuple[Fault, ...]]:
+    """Return rows to keep (n,), the field (n, 3) with mended values, and the faults of a magnetometer."""
+    kept, mag_nT = np.arange(len(recording)), recording.mag_nT
+    found: list[Fault] = []
+    for look in SCREENS:
+        if len(kept) < POLICY.least_kept:
+            break
+        part = replace(recording, mag_nT=mag_nT)
+        for fault in look(_taken(part, _marked(kept, len(recording)))):
+            if fault.mended_nT is not None:
+                mag_nT = mag_nT.copy()
+                mag_nT[kept] = fault.mended_nT
+            fault = replace(fault, sensor=sensor)
+            if fault.remedy == "left out" and np.count_nonzero(~fault.rows) < POLICY.least_kept:
+                fault = _left_in(fault)
+            found.append(fault.among(kept, len(recording)))
+        for fault in found:
+            if fault.remedy == "left out":
+                kept = kept[~fault.rows[kept]]
+    return _marked(kept, len(recording)), mag_nT, tuple(found)
+
+
+def _marked(kept: NDArray[np.intp], total: int) -> Mask:
+    mask = np.zeros(total, np.bool_)
+    mask[kept] = True
+    return mask
+
+
+def _left_in(fault: Fault) -> Fault:
+    """Return a fault whose rows stay, since too few others would be left."""
+    return replace(fault, remedy="none", doubtful=True) if fault.remedy == "left out" else fault
