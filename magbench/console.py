@@ -23,6 +23,7 @@ from rich.progress import (
 )
 from rich.table import Table
 
+from scenarios.errors import InputError
 from scenarios.plain import json_ready
 
 Report = Callable[[float, int], object]
@@ -45,10 +46,12 @@ def warn(text: str) -> None:
         say(f"magbench: {text}")
 
 
-def end_with(failures: Sequence[str]) -> None:
-    """End with status 1 and a line for each failure; go on where there is none."""
+def end_with(failures: Sequence[str], refused: InputError | None = None) -> None:
+    """End with status 1 and a line for each failure, or as `refused` does; go on where there is none."""
     for failure in failures:
         warn(failure)
+    if refused:
+        raise refused
     if failures:
         raise typer.Exit(1)
 

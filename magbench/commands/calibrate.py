@@ -83,9 +83,7 @@ def command(
             found.recording, found.reference.strength_nT, field_enu_nT=found.reference.field_enu_nT
         )
     _show(found, gains, json)
-    if refused:
-        raise refused
-    end_with(not_applicable(found) if named else [])
+    end_with(not_applicable(found) if named else [], refused)
 
 
 def _show(found: Calibrations, gains: Sequence[CrossValidation] | None, json: bool) -> None:
