@@ -15,11 +15,12 @@ from calib.numerics.rates import world_to_body
 from calib.observability import motion_status
 from calib.reference import Reference
 from calib.result import Calibration, Status
+from calib.scale import field_factor, in_unit_of, magnified
 from calib.settings import NotNegative, check
 from recordings import Recording
 
 CONSTANT_FRACTION = 1e-9
-"""A field that varies by less than this fraction of the strength is constant."""
+"""Measurements that vary by less than this fraction of their largest value are constant."""
 ATTITUDE_STD_RAD = 3.5e-4
 
 NEEDS: dict[str, tuple[Callable[[Recording, Reference], object], str]] = {
@@ -83,7 +84,7 @@ class Calibrator(ABC):
         status = self._usable(recording, reference)
         if status is not None:
             return self._failed(status)
-        result = self._guarded(read_only(recording), reference, rng or np.random.default_rng(0))
+        result = self._guarded(recording, reference, rng or np.random.default_rng(0))
         return replace(result, name=self.name, wall_s=time.perf_counter() - start)
 
     @final
@@ -93,9 +94,14 @@ class Calibrator(ABC):
         """The method's result as `fit`, but with the claimed covariance and status unchanged."""
         start = time.perf_counter()
         status = self._usable(recording, reference)
-        solved = status or self._solve(read_only(recording), reference, rng or np.random.default_rng(0))
-        result = self._failed(solved) if isinstance(solved, Status) else solved
+        result = self._failed(status) if status else self._plain(recording, reference, rng or np.random.default_rng(0))
         return replace(result, name=self.name, wall_s=time.perf_counter() - start)
+
+    def _plain(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration:
+        """The method's own result, by measurements of the field's size."""
+        factor = self._factor(recording, reference)
+        solved = self._solve(read_only(magnified(recording, factor)), reference, rng)
+        return in_unit_of(self._failed(solved) if isinstance(solved, Status) else solved, factor)
 
     @abstractmethod
     def _solve(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration | Status:
@@ -105,13 +111,18 @@ class Calibrator(ABC):
         return Calibration(name=self.name, status=status, history=history)
 
     def _guarded(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration:
-        """The method's result after all checks; not converged after a numerical failure."""
+        """The method's result after all checks; not converged after a numerical failure.
+
+        Solved and judged by measurements of the field's size, see `calib.scale`.
+        """
         try:
             with np.errstate(divide="raise", invalid="raise", over="raise"):
-                sensors = extents(recording) if self._fits_strength else ()
-                unexcited = self._unexcited(recording, reference, sensors)
-                solved = unexcited or self._solve(recording, reference, rng)
-                return self._checked(solved, recording, reference, sensors)
+                factor = self._factor(recording, reference)
+                sized = read_only(magnified(recording, factor))
+                sensors = extents(sized) if self._fits_strength else ()
+                unexcited = self._unexcited(sized, reference, sensors)
+                solved = unexcited or self._solve(sized, reference, rng)
+                return in_unit_of(self._checked(solved, sized, reference, sensors), factor)
         except (ArithmeticError, np.linalg.LinAlgError) as error:
             return self._failed(Status("not_converged", f"the computation broke down: {error}"))
 
@@ -156,6 +167,12 @@ class Calibrator(ABC):
         """Whether the field's strength alone is known, in a motion about all axes."""
         return not (self._fits_vector or self.one_axis)
 
+    def _factor(self, recording: Recording, reference: Reference) -> float:
+        """Factor from the measurements to the field's size; 1 for a method that takes directions alone from them."""
+        if "scalar" in self.needs:
+            return 1.0
+        return field_factor(recording, reference, vector=self._fits_vector, one_axis=self.one_axis)
+
     def _unexcited(self, recording: Recording, reference: Reference, sensors: Extents) -> Status | None:
         """Unobservable when the measurements lie in a plane, or the known field moves less than the attitude error."""
         if self.one_axis or not self._fits_vector:
@@ -171,7 +188,7 @@ class Calibrator(ABC):
                 f"{self.name} needs at least {self.min_samples} samples, "
                 f"the recording has {len(recording)}: record longer",
             )
-        return unusable(recording, reference, self.needs, self.name) or _constant(recording, reference)
+        return unusable(recording, reference, self.needs, self.name) or _constant(recording)
 
 
 def unusable(recording: Recording, reference: Reference, needs: Iterable[str], who: str) -> Status | None:
@@ -189,8 +206,10 @@ def unusable(recording: Recording, reference: Reference, needs: Iterable[str], w
     return None
 
 
-def _constant(recording: Recording, reference: Reference) -> Status | None:
-    if np.ptp(np.ascontiguousarray(recording.mag_nT.T), axis=1).max() > CONSTANT_FRACTION * reference.strength_nT:
+def _constant(recording: Recording) -> Status | None:
+    rows = np.ascontiguousarray(recording.mag_nT.T)
+    lowest, highest = rows.min(axis=1), rows.max(axis=1)
+    if (highest - lowest).max() > CONSTANT_FRACTION * max(-lowest.min(), highest.max()):
         return None
     return Status("unobservable", "the measured field does not change: turn the vehicle about all its axes")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +12,11 @@ from calib.result import Calibration, Status
 from scenarios.arrays import Array
 
 MAX_STD_FRACTION = 0.01
-"""Unobservable: a claimed offset less certain than 1 % of the field in any direction, or S than 0.01."""
+"""Unobservable: a claimed offset less certain than 1 % of the field in any direction, or S than 1 %."""
+ALTERNATIONS = 10
+"""Rounds in which the two directions of the largest deviation of S are found."""
+SOFT_IRON = re.compile("S_[xyz][xyz]")
+"""Names of the entries of S."""
 SIGNIFICANT_THICKNESS = 5.0
 """Motion out of a plane counts when its rms is this many times the noise."""
 SIGNIFICANT_ANGLE = 5.0
@@ -88,17 +93,15 @@ def motion_status(h_nT: Array, strength_nT: float, attitude_std_rad: float) -> S
 
 
 def covariance_status(fit: Calibration, strength_nT: float) -> Status | None:
-    """Unobservable when the claimed covariance exceeds MAX_STD_FRACTION; None when fine or none is claimed."""
+    """Unobservable when the claimed covariance exceeds MAX_STD_FRACTION; None when fine or none is claimed.
+
+    Judged in the calibrated field, h = A (m - b) with A = S^-1: A C_b A^T against F^2, and A dS against 1.
+    """
     offset_nT2 = fit.offset_covariance_nT2
     if fit.covariance is None or offset_nT2 is None:
         return None
-    std = np.sqrt(np.clip(np.diag(fit.covariance), 0.0, None))
-    loose = [
-        f"{name} ({s:.2g})"
-        for name, s in zip(fit.covariance_names, std, strict=True)
-        if name.startswith("S_") and s > MAX_STD_FRACTION
-    ]
-    variance, axes = np.linalg.eigh(offset_nT2)
+    loose = _loose_soft_iron(fit)
+    variance, axes = np.linalg.eigh(fit.matrix @ offset_nT2 @ fit.matrix.T)
     worst = float(np.sqrt(max(variance[-1], 0.0)))
     if worst > MAX_STD_FRACTION * strength_nT:
         share = f"{100 * worst / strength_nT:.3g} % of the field, the limit is {100 * MAX_STD_FRACTION:g} %"
@@ -109,7 +112,48 @@ def covariance_status(fit: Calibration, strength_nT: float) -> Status | None:
     if loose:
         return Status(
             "unobservable",
-            f"standard deviation above {MAX_STD_FRACTION:g} of {', '.join(loose)}: "
+            f"standard deviation above {MAX_STD_FRACTION:g} of the field of {', '.join(loose)}: "
             "turn about more axes, at varying rate, through larger angles",
         )
     return None
+
+
+def _loose_soft_iron(fit: Calibration) -> list[str]:
+    """Entries of S, with their standard deviations in parts of S, where S is less certain than MAX_STD_FRACTION.
+
+    In any axes: the largest deviation of v^T A dS u over unit vectors u and v.
+    """
+    assert fit.covariance is not None
+    names = [name for name in fit.covariance_names if SOFT_IRON.fullmatch(name)]
+    if not names:
+        return []
+    rows = [fit.covariance_names.index(name) for name in names]
+    covariance = fit.covariance[np.ix_(rows, rows)]
+    moved = np.array([fit.matrix @ _entry(name, names) for name in names])
+    if _largest_variance(moved, covariance) <= MAX_STD_FRACTION**2:
+        return []
+    std = np.sqrt(np.clip(np.diag(covariance), 0.0, None)) / np.linalg.norm(np.linalg.inv(fit.matrix), 2)
+    told = std >= min(MAX_STD_FRACTION, std.max())
+    return [f"{name} ({s:.2g})" for name, s, tell in zip(names, std, told, strict=True) if tell]
+
+
+def _largest_variance(moved: Array, covariance: Array) -> float:
+    """Variance of v^T (sum_p moved_p dp) u, u and v in turn those of the largest; moved (k, 3, 3)."""
+    u = np.linalg.eigh(np.einsum("pki,pq,qkj->ij", moved, covariance, moved))[1][:, -1]
+    variance = 0.0
+    for _ in range(ALTERNATIONS):
+        for side in (moved, moved.transpose(0, 2, 1)):
+            rows = side @ u
+            values, axes = np.linalg.eigh(rows.T @ covariance @ rows)
+            variance, u = float(values[-1]), axes[:, -1]
+    return variance
+
+
+def _entry(name: str, names: list[str]) -> Array:
+    """dS / d S_ij (3, 3): both entries where S is symmetric."""
+    i, j = ("xyz".index(axis) for axis in name[2:])
+    step = np.zeros((3, 3))
+    step[i, j] = 1.0
+    if f"S_{'xyz'[j]}{'xyz'[i]}" not in names:
+        step[j, i] = 1.0
+    return step

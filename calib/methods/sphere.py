@@ -39,7 +39,7 @@ class SphereCalibrator(Calibrator):
         scaled = Standardised.of(recording.mag_nT)
         fit = SphereFit.of(scaled.x)
         covariance, bias, unknown = fit.mean_square_error()
-        status = _soft_iron_status(bias * scaled.scale_nT, unknown * scaled.scale_nT, reference.strength_nT)
+        status = _soft_iron_status(bias / fit.radius, unknown / fit.radius, reference.strength_nT)
         size, gain = scaled.scale_nT, scaled.scale_nT / reference.strength_nT
         offset_nT, scale = scaled.middle_nT + size * fit.centre, gain * fit.radius
         jacobian = np.diag([size, size, size, 0.0])
@@ -56,15 +56,15 @@ class SphereCalibrator(Calibrator):
         )
 
 
-def _soft_iron_status(bias_nT: float, unknown_nT: float, strength_nT: float) -> Status:
-    """Unobservable when soft iron would move the centre by more than the covariance of a usable fit may.
+def _soft_iron_status(bias: float, unknown: float, strength_nT: float) -> Status:
+    """Unobservable when soft iron would move the centre, in radii, by more than the covariance of a usable fit may.
 
     Ok with a caveat where it may move it by more than CAVEAT_FRACTION: by a bias that shows, or unseen.
     """
-    moved = f"which would move its centre by about {max(bias_nT, unknown_nT):.3g} nT on this motion"
-    if bias_nT > MAX_STD_FRACTION * strength_nT:
+    moved = f"which would move its centre by about {max(bias, unknown) * strength_nT:.3g} nT on this motion"
+    if bias > MAX_STD_FRACTION:
         what = f"the measurements are not on a sphere: this method cannot rule out soft iron, {moved}"
         return Status("unobservable", f"{what}; use ellipsoid, or cover all attitudes evenly")
-    if max(bias_nT, unknown_nT) > CAVEAT_FRACTION * strength_nT:
+    if max(bias, unknown) > CAVEAT_FRACTION:
         return Status("ok", f"this method cannot rule out soft iron, {moved}; compare it with ellipsoid")
     return Status("ok")

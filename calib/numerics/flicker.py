@@ -35,7 +35,7 @@ def flicker_power(r: Array, a: Array) -> float:
     if len(lengths) < 2:
         return 0.0
     (late, late_pairs), (soon, soon_pairs) = (_pairs(r, a, length) for length in (lengths[0], lengths[-1]))
-    chance = float(r @ r) / float(np.sum(a * a)) * np.sqrt(2.0 / late_pairs + 2.0 / soon_pairs)
+    chance = float(r @ r) / len(r) * np.sqrt(2.0 / late_pairs + 2.0 / soon_pairs)
     if not soon - late > SEEN * chance:
         return 0.0
     return float((soon - late) / (_mean_log_lag(a, lengths[0]) - _mean_log_lag(a, lengths[-1])))

@@ -82,7 +82,7 @@ def test_a_matrix_near_zero_is_out_of_the_bounds(standard):
 
 def test_a_range_that_no_gain_allows_is_told(standard):
     recording = standard.recording("full", 0)
-    status = Pso().fit(recording, Reference(STRENGTH_NT / 3)).status
+    status = Pso().fit(recording, Reference(STRENGTH_NT / 1.7)).status
     assert status.kind == "not_converged"
     assert "check the field strength and the unit" in status.reason
 
