@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import zlib
+from collections.abc import Iterator, Sequence
+from itertools import chain
 
 import numpy as np
 import rerun as rr
@@ -13,14 +15,15 @@ from reports.presentation.diagnosis import PresentedDiagnosis
 from reports.presentation.series import DiagnosisSeries, GapSeries, block_length, block_means
 from reports.viewer.stream import (
     MOST_POSES,
+    Content,
+    Rows,
     camera_at,
     entity_name,
     gap_views,
     layout,
     recording_bytes,
-    send_columns,
-    send_scalars,
-    send_static,
+    scalars,
+    text,
     time_view,
 )
 from scenarios.arrays import Array
@@ -43,21 +46,18 @@ def diagnosis_recording(found: PresentedDiagnosis, title: str) -> bytes:
     recorded: path (m, ENU, from the first point), attitude, and the gap along the path. Unusable samples
     (spikes) are left out of the gap.
     """
-    time_s = found.series.time_s
-    length, series = block_length(len(time_s), MOST_ROWS), _by_entity(found.series)
-
-    def fill(stream: rr.RecordingStream) -> None:
-        stream.send_recording_name(title)
-        send_static(stream, "notes", rr.TextDocument(_notes(found, length), media_type="text/markdown"))
-        for name, values in series.items():
-            usable = found.series.residual.usable if name.startswith(("residual/", "strength/", "dip/")) else None
-            means = block_means(values, length, usable)
-            send_scalars(stream, name, block_means(time_s, length), means, *_style(name, values))
-        _send_space(stream, found.series)
-
     # The viewer keeps a layout by this name: one a diagnosis, so that none opens with another's.
     name = f"diagnosis_{zlib.crc32(found.series.residual.before_nT.tobytes()):08x}"
-    return recording_bytes(name, _blueprint(found.series), fill)
+    return recording_bytes(name, title, _blueprint(found.series), chain(_over_time(found), _in_space(found.series)))
+
+
+def _over_time(found: PresentedDiagnosis) -> Iterator[Content]:
+    time_s = found.series.time_s
+    length = block_length(len(time_s), MOST_ROWS)
+    yield text(_notes(found, length))
+    for name, values in _by_entity(found.series).items():
+        usable = found.series.residual.usable if name.startswith(("residual/", "strength/", "dip/")) else None
+        yield scalars(name, block_means(time_s, length), block_means(values, length, usable), *_style(name, values))
 
 
 def _by_entity(series: DiagnosisSeries) -> dict[str, Array]:
@@ -73,10 +73,9 @@ def _by_entity(series: DiagnosisSeries) -> dict[str, Array]:
     return values | {f"channel/{entity_name(name)}": channel for name, channel in series.channels.items()}
 
 
-def _style(name: str, values: Array) -> tuple[list[str], tuple[str, ...]]:
+def _style(name: str, values: Array) -> tuple[Sequence[str], Sequence[str]]:
     if values.ndim == 2 and values.shape[1] > 1:
-        labels = ["x", "y", "z"] if values.shape[1] == 3 else ["strength", "dip"]
-        return labels, XYZ[: len(labels)]
+        return ("xyz", XYZ) if values.shape[1] == 3 else (("strength", "dip"), XYZ[:2])
     kind = name.rpartition("/")[2]
     return [kind], ({"before": BEFORE, "after": AFTER, "measured": RAW}.get(kind, LINES[2]),)
 
@@ -84,54 +83,47 @@ def _style(name: str, values: Array) -> tuple[list[str], tuple[str, ...]]:
 # in space
 
 
-def _send_space(stream: rr.RecordingStream, series: DiagnosisSeries) -> None:
-    keep = every_nth(len(series.time_s), MOST_POSES)
-    send_static(stream, "world", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
+def _in_space(series: DiagnosisSeries) -> Iterator[Content]:
+    keep, gap = every_nth(len(series.time_s), MOST_POSES), series.path.gap
+    time_s = series.time_s[keep]
+    yield Content("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
     if series.pos_m is not None and series.path.pos_m is not None:
-        _send_path(stream, series.time_s[keep], series.pos_m[keep])
-        _send_gap_on_path(stream, series.path.gap, series.path.pos_m)
+        path_m = series.pos_m[keep]
+        yield Content("world/path", rr.LineStrips3D([path_m], colors=rgb(RAW), radii=rr.Radius.ui_points(0.5)))
+        yield Content(PLACE, None, Rows(time_s, rr.Transform3D, {"translation": path_m}))
+        here = rr.Points3D([[0, 0, 0]], radii=rr.Radius.ui_points(6), colors=rgb(LINES[4]))
+        yield Content(f"{PLACE}/here", here)
+        yield from _gap_on_path(gap, series.path.pos_m)
     if series.att_q is not None:
-        q = series.att_q[keep][:, [1, 2, 3, 0]]
-        send_columns(stream, VEHICLE, series.time_s[keep], rr.Transform3D.columns(quaternion=q))
         body = rr.Arrows3D(vectors=np.eye(3), colors=[rgb(c) for c in XYZ], labels=["x", "y", "z"], radii=0.015)
-        send_static(stream, f"{VEHICLE}/axes", body)
-        if series.vector:
-            _send_gap_arrows(stream, series.path.gap)
+        yield Content(VEHICLE, None, Rows(time_s, rr.Transform3D, {"quaternion": series.att_q[keep][:, [1, 2, 3, 0]]}))
+        yield Content(f"{VEHICLE}/axes", body)
+        yield from _gap_arrows(gap) if series.vector else ()
 
 
-def _send_path(stream: rr.RecordingStream, time_s: Array, pos_m: Array) -> None:
-    strip = rr.LineStrips3D([pos_m], colors=rgb(RAW), radii=rr.Radius.ui_points(0.5))
-    send_static(stream, "world/path", strip)
-    send_columns(stream, PLACE, time_s, rr.Transform3D.columns(translation=pos_m))
-    here = rr.Points3D([[0, 0, 0]], radii=rr.Radius.ui_points(6), colors=rgb(LINES[4]))
-    send_static(stream, f"{PLACE}/here", here)
-
-
-def _send_gap_on_path(stream: rr.RecordingStream, gap: GapSeries, pos_m: Array) -> None:
+def _gap_on_path(gap: GapSeries, pos_m: Array) -> Iterator[Content]:
     full = _usual(gap.before_nT)
     for side, gap_nT in gap.sides.items():
         size = np.linalg.norm(gap_nT, axis=1)
         whole = np.isfinite(size)
         share = np.clip(size[whole] / full, 0, 1)[:, None]
         colours = np.round((1 - share) * LOW + share * HIGH).astype(np.uint8)
-        dots = rr.Points3D(pos_m[whole], colors=colours, radii=rr.Radius.ui_points(3))
-        send_static(stream, f"world/gap/{side}", dots)
+        yield Content(f"world/gap/{side}", rr.Points3D(pos_m[whole], colors=colours, radii=rr.Radius.ui_points(3)))
 
 
-def _send_gap_arrows(stream: rr.RecordingStream, gap: GapSeries) -> None:
-    """Send the gap as arrows in the body frame, before and after to one scale: the 98 % quantile is one axis long."""
+def _gap_arrows(gap: GapSeries) -> Iterator[Content]:
+    """Yield the gap as arrows in the body frame, before and after to one scale: the 98 % quantile is one axis long."""
     full = _usual(gap.before_nT)
     for (side, gap_nT), colour in zip(gap.sides.items(), (BEFORE, AFTER), strict=True):
-        entity = f"{VEHICLE}/gap/{side}"
-        send_static(stream, entity, rr.Arrows3D.from_fields(colors=rgb(colour), radii=0.02))
-        send_columns(stream, entity, gap.time_s, rr.Arrows3D.columns(vectors=np.nan_to_num(gap_nT) / full))
+        style = rr.Arrows3D.from_fields(colors=rgb(colour), radii=0.02)
+        values = {"vectors": np.nan_to_num(gap_nT) / full}
+        yield Content(f"{VEHICLE}/gap/{side}", style, Rows(gap.time_s, rr.Arrows3D, values))
 
 
 def _usual(gap_nT: Array) -> float:
     """Return the 98 % quantile of the size of gaps (m, q), above zero."""
     size = np.linalg.norm(gap_nT, axis=1)
-    size = size[np.isfinite(size)]
-    return max(float(np.quantile(size, 0.98)) if len(size) else 0.0, 1e-9)
+    return max(float(np.nanquantile(size, 0.98)) if np.isfinite(size).any() else 0.0, 1e-9)
 
 
 # layout and words

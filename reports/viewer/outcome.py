@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from itertools import chain, cycle, islice
 from pathlib import Path
 
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from recordings import Recording
 from reports.palette import LINES, RAW, phase_colours, rgb
 from reports.text.outcome import notes_markdown
 from reports.viewer.stream import (
@@ -16,15 +17,16 @@ from reports.viewer.stream import (
     MEASURED,
     MOST_POSES,
     TRUE,
+    Content,
+    Rows,
     camera_at,
     entity_name,
     layout,
     recording_bytes,
-    send_columns,
-    send_scalars,
-    send_static,
-    send_vectors,
+    scalars,
+    text,
     time_view,
+    vectors,
     write_whole,
 )
 from reports.viewer.vehicle_mesh import radius_m, solids
@@ -50,45 +52,30 @@ def write_recording(outcome: Outcome, path: Path) -> None:
     The file is made in memory, written beside `path` and renamed; a failure leaves no file. Raises InputError where the
     file cannot be written.
     """
-
-    def fill(stream: rr.RecordingStream) -> None:
-        _send_properties(stream, outcome)
-        _send_world(stream, outcome)
-        _send_clouds(stream, outcome)
-        _send_series(stream, outcome)
-
-    write_whole(path, recording_bytes(outcome.scenario.name, _blueprint(outcome), fill))
-
-
-def _send_properties(stream: rr.RecordingStream, outcome: Outcome) -> None:
     scenario = outcome.scenario
-    stream.send_recording_name(f"{scenario.name}, seed {scenario.seed}")
     about = rr.AnyValues(name=scenario.name, summary=scenario.summary, seed=scenario.seed, sensors=outcome.sensors)
-    stream.send_property("scenario", about)
-    send_static(stream, "notes", rr.TextDocument(notes_markdown(outcome), media_type="text/markdown"))
+    contents = chain([text(notes_markdown(outcome))], _world(outcome), _clouds(outcome), _series(outcome))
+    title = f"{scenario.name}, seed {scenario.seed}"
+    write_whole(path, recording_bytes(scenario.name, title, _blueprint(outcome), contents, scenario=about))
 
 
 # the vehicle in space
 
 
-def _send_world(stream: rr.RecordingStream, outcome: Outcome) -> None:
-    send_static(stream, "world", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
-    colours = phase_colours(outcome)
+def _world(outcome: Outcome) -> Iterator[Content]:
+    yield Content("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
+    colours, radii = phase_colours(outcome), rr.Radius.ui_points(1.5)
     for k, (label, first, last) in enumerate(outcome.phases()):
         pos_m = outcome.truth.pos_enu_m[first : last + 1]
-        strip = rr.LineStrips3D(
-            [pos_m[every_nth(len(pos_m), MOST_POSES)]],
-            colors=rgb(colours[label]),
-            radii=rr.Radius.ui_points(1.5),
-            labels=label,
-        )
-        send_static(stream, f"world/path/{k:03d}_{label}", strip)
+        path_m = pos_m[every_nth(len(pos_m), MOST_POSES)]
+        strip = rr.LineStrips3D([path_m], colors=rgb(colours[label]), radii=radii, labels=label)
+        yield Content(f"world/path/{k:03d}_{label}", strip)
     keep = every_nth(len(outcome.recording), MOST_POSES)
-    _send_vehicle(stream, outcome, keep)
-    _send_arrows(stream, outcome, keep)
+    yield from _vehicle(outcome, keep)
+    yield from _arrows(outcome, keep)
 
 
-def _send_vehicle(stream: rr.RecordingStream, outcome: Outcome, keep: slice) -> None:
+def _vehicle(outcome: Outcome, keep: slice) -> Iterator[Content]:
     time_s, pos_m, q = outcome.recording.time_s[keep], outcome.truth.pos_enu_m[keep], outcome.truth.q[keep]
     vehicle = vehicle_for(outcome.scenario.vehicle)
     for solid in solids(vehicle):
@@ -96,12 +83,14 @@ def _send_vehicle(stream: rr.RecordingStream, outcome: Outcome, keep: slice) -> 
             vertex_positions=solid.corners_m, vertex_normals=solid.normals, albedo_factor=solid.colour,
             triangle_indices=np.arange(len(solid.corners_m)).reshape(-1, 3),
         )  # fmt: skip
-        send_static(stream, f"{_frame(vehicle, solid.body)}/{solid.name}", mesh)
-    send_columns(stream, PLACE, time_s, rr.Transform3D.columns(translation=pos_m))
+        yield Content(f"{_frame(vehicle, solid.body)}/{solid.name}", mesh)
+    yield Content(PLACE, None, Rows(time_s, rr.Transform3D, {"translation": pos_m}))
     for body, turned in vehicle.turns(q).items():
-        send_columns(stream, _frame(vehicle, body), time_s, rr.Transform3D.columns(quaternion=turned[:, [1, 2, 3, 0]]))
+        yield Content(
+            _frame(vehicle, body), None, Rows(time_s, rr.Transform3D, {"quaternion": turned[:, [1, 2, 3, 0]]})
+        )
     here = rr.Points3D([[0, 0, 0]], radii=rr.Radius.ui_points(5), colors=rgb(LINES[4]))
-    send_static(stream, f"{PLACE}/here", here)
+    yield Content(f"{PLACE}/here", here)
 
 
 def _frame(vehicle: Vehicle, body: str) -> str:
@@ -113,8 +102,8 @@ def _reach_m(outcome: Outcome) -> float:
     return radius_m(solids(vehicle_for(outcome.scenario.vehicle)))
 
 
-def _send_arrows(stream: rr.RecordingStream, outcome: Outcome, keep: slice) -> None:
-    """Send true and measured field as arrows in the body frame, and the difference on a larger scale."""
+def _arrows(outcome: Outcome, keep: slice) -> Iterator[Content]:
+    """Yield true and measured field as arrows in the body frame, and the difference on a larger scale."""
     reach = _reach_m(outcome)
     true_nT, mag_nT = outcome.truth.field_nT[keep], outcome.recording.mag_nT[keep]
     wrong_nT = mag_nT - true_nT
@@ -124,75 +113,60 @@ def _send_arrows(stream: rr.RecordingStream, outcome: Outcome, keep: slice) -> N
         "measured": (scale * mag_nT, MEASURED),
         "disturbance": (wrong_nT * (0.8 * reach / usual if usual > 0 else 0.0), DIFFERENCE),
     }
-    for name, (vectors, colour) in arrows.items():
+    for name, (values, colour) in arrows.items():
         style = rr.Arrows3D.from_fields(colors=rgb(colour), radii=0.018 * reach)
-        send_static(stream, f"{VEHICLE}/field/{name}", style)
-        send_columns(
-            stream, f"{VEHICLE}/field/{name}", outcome.recording.time_s[keep], rr.Arrows3D.columns(vectors=vectors)
-        )
+        time_s = outcome.recording.time_s[keep]
+        yield Content(f"{VEHICLE}/field/{name}", style, Rows(time_s, rr.Arrows3D, {"vectors": values}))
 
 
-def _send_clouds(stream: rr.RecordingStream, outcome: Outcome) -> None:
-    send_static(stream, "cloud", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
-    radius = outcome.field_strength_nT
+def _clouds(outcome: Outcome) -> Iterator[Content]:
+    recording, radius = outcome.recording, outcome.field_strength_nT
+    yield Content("cloud", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
     sphere = rr.Ellipsoids3D(half_sizes=[[radius] * 3], colors=(150, 158, 166, 90), line_radii=rr.Radius.ui_points(0.5))
-    send_static(stream, "cloud/reference", sphere)
-    clouds = {
-        "raw": outcome.recording.mag_nT,
-        **{f"corrected/{entity_name(n)}": outcome.corrected[n] for n in outcome.shown()},
-    }
-    keep = every_nth(len(outcome.recording), MOST_POINTS)
-    for (name, cloud), colour in zip(clouds.items(), _cycle(len(clouds)), strict=True):
-        points = rr.Points3D(cloud[keep], radii=rr.Radius.ui_points(1.5), colors=rgb(colour))
-        send_static(stream, f"cloud/{name}", points)
+    yield Content("cloud/reference", sphere)
+    corrected = {f"corrected/{entity_name(name)}": outcome.corrected[name] for name in outcome.shown()}
+    keep = every_nth(len(recording), MOST_POINTS)
+    for (name, cloud), colour in zip(({"raw": recording.mag_nT} | corrected).items(), _cycle(), strict=False):
+        yield Content(f"cloud/{name}", rr.Points3D(cloud[keep], radii=rr.Radius.ui_points(1.5), colors=rgb(colour)))
     now = rr.Points3D.from_fields(radii=rr.Radius.ui_points(6), colors=rgb(LINES[4]))
-    send_static(stream, "cloud/now", now)
-    columns = rr.Points3D.columns(positions=outcome.recording.mag_nT[keep])
-    send_columns(stream, "cloud/now", outcome.recording.time_s[keep], columns)
+    yield Content("cloud/now", now, Rows(recording.time_s[keep], rr.Points3D, {"positions": recording.mag_nT[keep]}))
 
 
 # series
 
 
-def _send_series(stream: rr.RecordingStream, outcome: Outcome) -> None:
-    recording, truth = outcome.recording, outcome.truth
-    send_vectors(stream, "mag", recording.time_s, recording.mag_nT)
-    send_vectors(stream, "true_field", recording.time_s, truth.field_nT)
+def _series(outcome: Outcome) -> Iterator[Content]:
+    recording, time_s = outcome.recording, outcome.recording.time_s
+    yield vectors("mag", time_s, recording.mag_nT)
+    yield vectors("true_field", time_s, outcome.truth.field_nT)
     for name, value in outcome.effects.items():
-        send_vectors(stream, f"effects/{entity_name(name)}", recording.time_s, value)
+        yield vectors(f"effects/{entity_name(name)}", time_s, value)
     for name, value in outcome.corrected.items():
-        send_vectors(stream, f"corrected/{entity_name(name)}", recording.time_s, value)
-        send_vectors(
-            stream,
-            f"residual/{entity_name(name)}",
-            *envelope(recording.time_s, outcome.residual_nT(name), THIN_BUCKETS),
-        )
-    _send_strengths(stream, outcome)
-    _send_channels(stream, recording)
-
-
-def _send_strengths(stream: rr.RecordingStream, outcome: Outcome) -> None:
-    """Send the strength of the raw, true and corrected fields."""
-    recording, truth = outcome.recording, outcome.truth
-    fields = {"raw": recording.mag_nT, "truth": truth.field_nT, **{n: outcome.corrected[n] for n in outcome.shown()}}
-    for (name, value), colour in zip(fields.items(), (RAW, TRUE, *_cycle(len(fields) - 1)[1:]), strict=True):
-        norm = envelope(recording.time_s, np.linalg.norm(value, axis=1), THIN_BUCKETS)
-        send_scalars(stream, f"norm/{entity_name(name)}", *norm, [name], (colour,))
-
-
-def _send_channels(stream: rr.RecordingStream, recording: Recording) -> None:
+        yield vectors(f"corrected/{entity_name(name)}", time_s, value)
+        thin = envelope(time_s, outcome.residual_nT(name), THIN_BUCKETS)
+        yield vectors(f"residual/{entity_name(name)}", *thin)
+    yield from _strengths(outcome)
     if recording.temperature_degC is not None:
-        send_scalars(
-            stream, "temperature", recording.time_s, recording.temperature_degC, ["temperature (°C)"], LINES[1:2]
-        )
+        yield scalars("temperature", time_s, recording.temperature_degC, ["temperature (°C)"], LINES[1:2])
     if recording.current_A is not None and recording.current_A.size:
         names = [f"motor {k} (A)" for k in recording.motors]
-        send_scalars(stream, "current", recording.time_s, recording.current_A, names, _cycle(len(names) + 1)[1:])
+        yield scalars("current", time_s, recording.current_A, names, list(islice(_cycle(), 1, len(names) + 1)))
 
 
-def _cycle(count: int) -> tuple[str, ...]:
-    """Return `count` colours: grey for the raw field, then the palette in a cycle."""
-    return (RAW, *(LINES[k % len(LINES)] for k in range(count)))[:count]
+def _strengths(outcome: Outcome) -> Iterator[Content]:
+    """Yield the strength of the raw, true and corrected fields."""
+    recording, colours = outcome.recording, _cycle()
+    corrected = {name: outcome.corrected[name] for name in outcome.shown()}
+    fields = {"raw": recording.mag_nT, "truth": outcome.truth.field_nT} | corrected
+    for name, value in fields.items():
+        norm = envelope(recording.time_s, np.linalg.norm(value, axis=1), THIN_BUCKETS)
+        colour = TRUE if name == "truth" else next(colours)
+        yield scalars(f"norm/{entity_name(name)}", *norm, [name], [colour])
+
+
+def _cycle() -> Iterator[str]:
+    """Yield colours: grey for the raw field, then the palette in a cycle."""
+    return chain((RAW,), cycle(LINES))
 
 
 # layout

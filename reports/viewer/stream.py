@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import rerun as rr
@@ -23,8 +23,26 @@ TRUE, MEASURED, DIFFERENCE = LINES[5], LINES[1], LINES[3]
 """Colours that show on the viewer's dark and on its light ground."""
 
 
-def recording_bytes(name: str, blueprint: rrb.Blueprint, fill: Callable[[rr.RecordingStream], None]) -> bytes:
-    """Return the bytes of a recording with a layout; `fill` sends the content. Raises InputError where rerun is off."""
+class Rows(NamedTuple):
+    """Rows of an entity at times (n,) in s, made by ``kind.columns``; values: arrays (n, ...) by its keywords."""
+
+    time_s: Array
+    kind: Any
+    values: Mapping[str, Array]
+
+
+class Content(NamedTuple):
+    """Content of an entity: an archetype that holds at all times, and rows over time."""
+
+    entity: str
+    static: Any = None
+    rows: Rows | None = None
+
+
+def recording_bytes(
+    name: str, title: str, blueprint: rrb.Blueprint, contents: Iterable[Content], **about: Any
+) -> bytes:
+    """Return the bytes of a recording with a layout; about: properties. Raises InputError where rerun is off."""
     stream = rr.RecordingStream(f"magbench_{name}")
     # rerun's own file writer does not say that a disk is full: it waits for ever, or leaves the file without its end.
     memory = stream.memory_recording()
@@ -32,10 +50,28 @@ def recording_bytes(name: str, blueprint: rrb.Blueprint, fill: Callable[[rr.Reco
         raise InputError("turns recordings off", where="environment variable RERUN", do="unset it")
     try:
         stream.send_blueprint(blueprint, make_active=False, make_default=True)
-        fill(stream)
+        stream.send_recording_name(title)
+        for key, value in about.items():
+            stream.send_property(key, value)
+        for content in contents:
+            _send(stream, content)
         return bytes(memory.drain_as_bytes())
     finally:
         stream.disconnect()
+
+
+def _send(stream: rr.RecordingStream, content: Content) -> None:
+    """Send static content, then the rows in chunks; times to the nanosecond."""
+    if content.static is not None:
+        stream.log(content.entity, content.static, static=True, strict=True)
+    if content.rows is None:
+        return
+    time_s, kind, values = content.rows
+    whole_ns = np.round(1e9 * time_s).astype("timedelta64[ns]")  # given seconds, rerun would cut, not round
+    for first in range(0, len(whole_ns), ROWS_A_CHUNK):
+        part = slice(first, first + ROWS_A_CHUNK)
+        columns = kind.columns(**{name: array[part] for name, array in values.items()})
+        stream.send_columns(content.entity, [rr.TimeColumn(TIMELINE, duration=whole_ns[part])], columns, strict=True)
 
 
 def write_whole(path: Path, content: bytes) -> None:
@@ -44,30 +80,20 @@ def write_whole(path: Path, content: bytes) -> None:
         part.write_bytes(content)
 
 
-def send_static(stream: rr.RecordingStream, entity: str, *archetypes: Any) -> None:
-    """Send content that holds at all times."""
-    stream.log(entity, *archetypes, static=True, strict=True)
+def scalars(entity: str, time_s: Array, values: Array, names: Sequence[str], colours: Sequence[str]) -> Content:
+    """Return a series (n,) or (n, k), a row per sample."""
+    lines = rr.SeriesLines(names=list(names), colors=[rgb(c) for c in colours])
+    return Content(entity, lines, Rows(time_s, rr.Scalars, {"scalars": values}))
 
 
-def send_columns(stream: rr.RecordingStream, entity: str, time_s: Array, columns: Any) -> None:
-    """Send columns of n rows at times (n,) in s, to the nanosecond."""
-    whole_ns = np.round(1e9 * time_s).astype("timedelta64[ns]")  # given seconds, rerun would cut, not round
-    stream.send_columns(entity, [rr.TimeColumn(TIMELINE, duration=whole_ns)], columns, strict=True)
+def vectors(entity: str, time_s: Array, values: Array) -> Content:
+    """Return a series of vectors (n, 3), a row per sample."""
+    return scalars(entity, time_s, values, "xyz", XYZ)
 
 
-def send_vectors(stream: rr.RecordingStream, entity: str, time_s: Array, values: Array) -> None:
-    """Send a series of vectors (n, 3), a row per sample."""
-    send_scalars(stream, entity, time_s, values, ["x", "y", "z"], XYZ)
-
-
-def send_scalars(
-    stream: rr.RecordingStream, entity: str, time_s: Array, values: Array, names: list[str], colours: tuple[str, ...]
-) -> None:
-    """Send a series (n,) or (n, k), a row per sample."""
-    send_static(stream, entity, rr.SeriesLines(names=names, colors=[rgb(c) for c in colours]))
-    for first in range(0, len(time_s), ROWS_A_CHUNK):
-        part = slice(first, first + ROWS_A_CHUNK)
-        send_columns(stream, entity, time_s[part], rr.Scalars.columns(scalars=values[part]))
+def text(words: str) -> Content:
+    """Return notes in Markdown."""
+    return Content("notes", rr.TextDocument(words, media_type="text/markdown"))
 
 
 def entity_name(name: str) -> str:
