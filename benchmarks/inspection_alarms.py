@@ -13,8 +13,9 @@ from collections import Counter
 import numpy as np
 
 from scenarios.arrays import Array
-from validation.inspection.rates import interpolation_rows, stale
+from validation.inspection.rates import interpolation_rows
 from validation.signals.faults import pile_up, repeats, spikes
+from validation.signals.held import stale
 from validation.signals.lattice import find_lattice, odd_share
 from validation.signals.noise import block_means
 from validation.signals.tones import tones

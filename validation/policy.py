@@ -88,6 +88,8 @@ class InspectionPolicy:
         alarms=NONE,
     )
     frozen_jump: float = number(3.0, "usual steps above which the value after a run of equal rows has jumped")
+    noisy_step: float = number(1.0, "noise over the step from which on neighbours differ by chance, wherever the value")
+    most_alike: float = number(0.999, "chance at most that neighbours round alike, where a step hides the noise")
     least_frozen: int = number(3, "equal rows at least of a frozen run whose values repeat by chance too")
     least_at_level: int = number(3, "equal extreme values below which no full scale is stated")
     overshoot: float = number(4.0, "steps or sigmas that the course extends beyond a cut-off level at least")
@@ -102,6 +104,27 @@ class InspectionPolicy:
 
     # screening before a fit
     least_kept: int = number(4, "rows that screening leaves at least: with fewer no calibrator has a solution")
+
+    sentinel_gap: float = number(0.1, "distance of a sentinel to the next value over the span of the others at least")
+    sentinel_steps: float = number(10.0, "usual steps between a sentinel without a known code and the next value")
+    wrap_usual: float = number(0.9, "quantile of the steps between samples that is the usual largest step")
+    wrap_smooth: float = number(0.15, "usual largest step over the range above which a wrap is not looked for")
+    wrap_quarter: float = number(0.25, "range to either side of its middle where a wrapping axis has values too")
+    wrap_middle: float = number(0.1, "share of such values at least")
+    wrap_ends: float = number(3.0, "usual largest steps by which a wrap may fall short of the range")
+    wrap_heading: float = number(0.6, "share of wraps before and after which the course heads on")
+    alike_noise: float = number(1.5, "difference of two axes over their noise up to which they measure the same")
+    alike_share: float = number(1e-4, "the same difference over the motion, for axes without noise")
+    alike_motion: float = number(20.0, "motion over the difference of two axes from which on they are compared")
+    unwired_noise: float = number(1.2, "spread of an axis over its noise up to which there is noise only")
+    cut_off_usual: float = number(3.0, "usual steps within which the value after a full scale follows")
+    unwired_motion: float = number(20.0, "motion of the other axes over that spread at least")
+    on_ellipse: float = number(0.2, "scatter of a fitted conic below which two axes draw a turn about the third")
+    step_rows: int = number(20, "rows on either side of a step at least")
+    step_gain: float = number(1.5, "scatter of one ellipsoid over that of two with their own offsets, for a step")
+    step_sigma: float = number(12.0, "local standard deviations of a fitted step from which on the offset steps")
+    step_left: float = number(0.5, "what is left of a step once taken out, over the step, at most")
+    most_steps: int = number(20, "largest candidates that are tested for a step on an axis")
 
     # spikes
     spike_sigma: float = number(

@@ -1,4 +1,4 @@
-"""Every number that decides in `signals` and `inspection` stands in the policy, with words, and decides."""
+"""Numbers that decide in `signals`, `screening` and `inspection` stand in the policy, with words, and are used."""
 
 from __future__ import annotations
 
@@ -15,22 +15,26 @@ from validation.policy import POLICY, InspectionPolicy
 from validation.signals import faults
 from validation.signals.faults import spikes
 
-ROOMS = ("signals", "inspection")
+ROOMS = ("signals", "screening", "inspection")
 FILES = sorted(path for room in ROOMS for path in (ROOT / "validation" / room).glob("*.py"))
 GUARDS = {
     "bands.py": {"WINDOW_LINES", "LEAST_WHITE"},
-    "faults.py": {"NOISE_WINDOW", "STENCIL", "LONGEST_SLOPE"},
+    "fault.py": {"MOST_STRETCHES"},
+    "faults.py": {"NOISE_WINDOW", "NOISE_BLOCK", "STENCIL", "LONGEST_SLOPE"},
     "frames.py": {"GYRO_UNITS"},
     "lattice.py": {"SINGLE_PRECISION", "GROUP", "SAME_DISTANCE", "MOST_DIFFERENCES", "GCD_TOLERANCES"},
     "log.py": {"LATEST_S"},
     "neighbours.py": {"PLACES", "MOST_SAMPLES"},
+    "offset_steps.py": {"NORMAL_90", "SIDE"},
     "quaternion_conventions.py": {"BASELINE_S", "FINE_LAG"},
+    "sentinel.py": {"MOST"},
     "spectra.py": {"MOST_LISTED"},
     "sphere.py": {"BAND_DEG"},
     "timing.py": {"SLOW_S", "MOST_LISTED", "RESOLUTION_DIGITS"},
     "tones.py": {"MAINS_HZ", "HARMONICS", "NEIGHBOURHOOD", "NARROWER", "MOST_TONES"},
     "units.py": {"USUAL_NT"},
     "values.py": {"MOST_LISTED"},
+    "wrapped.py": {"BITS"},
 }
 """Constants that decide nothing: units, physics, efforts and scales of a computation, and how much is listed."""
 COUNTS = {0, 1, 2, 3, 0.5}

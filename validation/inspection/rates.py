@@ -10,7 +10,8 @@ from scenarios.arrays import Array
 from validation.inspection.finding import Finding
 from validation.inspection.log import RawLog
 from validation.policy import POLICY
-from validation.signals.faults import repeats, runs
+from validation.signals.faults import runs
+from validation.signals.held import stale
 from validation.text import counted, frequency
 
 SECTION = "time"
@@ -28,21 +29,6 @@ def rate_findings(log: RawLog) -> list[Finding]:
     if new:
         found.insert(0, Finding(SECTION, "full_rate", new, "", f"New in every row: {', '.join(new)}."))
     return found
-
-
-def stale(values: Array) -> bool:
-    """Return whether rows of values (n, k) repeat because the column is slower, not because the value is constant."""
-    if len(values) < POLICY.least_rate_rows:
-        return False
-    for first, rows in reversed(repeats(values).frozen):
-        values = np.delete(values, np.s_[first + 1 : first + rows], axis=0)
-    _, length = runs(values)
-    near = 1.0 - len(length) / len(values)
-    lag = max(2, int(np.ceil(POLICY.stale_lag * len(values) / len(length))))
-    if near < POLICY.stale_share or lag >= len(values) // 2:
-        return False
-    far = float(np.mean(np.all(values[lag:] == values[:-lag], axis=1)))
-    return near > POLICY.stale_ratio * far
 
 
 def interpolation_rows(values: Array) -> float | None:

@@ -17,9 +17,9 @@ from recordings.streams import Interpolation, interpolated
 from recordings.units import UNITS, likely_unit
 from scenarios.arrays import Array
 from validation.inspection.log import Series
-from validation.inspection.rates import stale
 from validation.policy import POLICY
 from validation.signals.faults import runs
+from validation.signals.held import stale
 from validation.signals.intervals import gaps_after, usual_interval
 from validation.signals.lattice import Lattice, find_lattice
 

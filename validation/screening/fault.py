@@ -13,6 +13,7 @@ from validation.text import listed
 
 Mask = NDArray[np.bool_]
 Remedy = Literal["left out", "unwrapped", "none"]
+AXES = "xyz"
 MOST_STRETCHES = 3
 """Stretches of rows that are listed; more are counted."""
 

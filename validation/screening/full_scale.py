@@ -5,12 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from recordings import Recording
-from validation.screening.fault import Fault, Mask
+from validation.screening.fault import AXES, Fault, Mask
 from validation.signals.faults import PileUp, pile_up
 from validation.signals.lattice import find_lattice
 from validation.text import counted, figure, listed
-
-AXES = "xyz"
 
 
 def full_scale(recording: Recording) -> list[Fault]:

@@ -13,12 +13,17 @@ from calib import Calibration, Status
 from recordings import Recording
 from scenarios.arrays import Array
 from validation.policy import POLICY
+from validation.screening.axes_alike import alike, unwired
 from validation.screening.fault import Fault, Mask
 from validation.screening.full_scale import full_scale
+from validation.screening.offset_steps import offset_steps
+from validation.screening.sentinel import sentinels
+from validation.screening.stuck import frozen, held, stuck
+from validation.screening.wrapped import wrapped
 from validation.text import sentence
 
 Screen = Callable[[Recording], Sequence[Fault]]
-SCREENS: tuple[Screen, ...] = (full_scale,)
+SCREENS: tuple[Screen, ...] = (sentinels, wrapped, frozen, held, stuck, full_scale, alike, unwired, offset_steps)
 """Screens in the order of use: each sees what the screens before it have left in and mended."""
 
 

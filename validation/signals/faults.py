@@ -11,11 +11,13 @@ from numpy.typing import NDArray
 from calib.numerics.noise import white_noise_std
 from scenarios.arrays import Array
 from validation.policy import POLICY
-from validation.signals.lattice import Lattice
+from validation.signals.lattice import Lattice, find_lattice
 
 Mask = NDArray[np.bool_]
 NOISE_WINDOW = 256
 """Samples over which a local noise is estimated."""
+NOISE_BLOCK = 64
+"""Samples of a block whose noise is compared with the step."""
 STENCIL = 8
 """Samples below which no interpolation error has two neighbours."""
 LONGEST_SLOPE = 50
@@ -51,7 +53,7 @@ def repeats(values: Array) -> Repeats:
     """Return repeated rows of values (n, k); a row repeats where all k values do.
 
     A run is frozen if longer than chance explains. Where single values repeat by chance, a frozen run must also end in
-    a jump of three usual steps.
+    a jump of three usual steps, or be longer than the noise beside the run allows.
     """
     if len(values) < 2:
         return Repeats(0, 1, ())
@@ -61,8 +63,10 @@ def repeats(values: Array) -> Repeats:
     excess = length - hold
     chance = np.clip(np.mean(longer), 1 / len(length), 0.999)
     frozen = longer & (np.log(len(length)) + excess * np.log(chance) < np.log(POLICY.frozen_alarm))
-    if _ties(values[first]) > POLICY.tie_free:
-        frozen &= _jumps_after(values, first, length)
+    if frozen.any() and _ties(values[first]) > POLICY.tie_free:
+        frozen &= _jumps_after(values, first, length) | (
+            length >= _longest_by_noise(values, first[frozen], length[frozen])
+        )
     found = tuple((int(f), int(c)) for f, c in zip(first[frozen], length[frozen], strict=True))
     return Repeats(len(values) - len(first), hold, found)
 
@@ -85,6 +89,36 @@ def _jumps_after(values: Array, first: NDArray[np.intp], length: NDArray[np.intp
     usual = np.array([np.median(s[s > 0]) if np.any(s > 0) else np.inf for s in step.T])
     jump = np.r_[np.any(step > POLICY.frozen_jump * usual, axis=1), False]
     return np.asarray(jump & (length >= POLICY.least_frozen))
+
+
+def _longest_by_noise(values: Array, first: NDArray[np.intp], length: NDArray[np.intp]) -> float:
+    """Return the rows of the longest run of equal rows that noise allows, from the values outside the runs given.
+
+    P(two values round alike) = step / (2 sqrt(pi) sigma),  sigma the noise of the quietest block
+
+    Infinite where the noise is not known; a noise below the step allows nearly any length.
+    """
+    outside = np.ones(len(values), np.bool_)
+    for one, rows in zip(first, length, strict=True):
+        outside[one + 1 : one + rows] = False
+    alone = values[outside]
+    if len(alone) < NOISE_BLOCK:
+        return float("inf")
+    blocks = np.array_split(alone, len(alone) // NOISE_BLOCK)
+    noise = np.min([white_noise_std(block) for block in blocks], axis=0)
+    step = np.array([_coarseness(column) for column in alone.T])
+    seen = noise > POLICY.noisy_step * step
+    alike = np.where(seen, step, 1.0) / np.where(seen, 2 * np.sqrt(np.pi) * noise, 1.0)
+    chance = float(np.clip(np.prod(alike), 1 / len(values), POLICY.most_alike))
+    return float(max(POLICY.least_frozen, 1 + np.log(POLICY.frozen_alarm / len(values)) / np.log(chance)))
+
+
+def _coarseness(column: Array) -> float:
+    """Return the step of values (n,): of their lattice, 0 where values hardly repeat, else infinite: not known."""
+    lattice = find_lattice(column)
+    if lattice is not None:
+        return lattice.step
+    return np.inf if _ties(column[:, None]) > POLICY.tie_free else 0.0
 
 
 def pile_up(values: Array, lattices: tuple[Lattice | None, ...]) -> list[PileUp]:

@@ -1,0 +1,56 @@
+"""Axes that measure nothing of their own: two that measure the same, and an axis that shows noise only."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+
+from calib.numerics.noise import white_noise_std
+from recordings import Recording
+from scenarios.arrays import Array
+from validation.policy import POLICY
+from validation.screening.fault import AXES, Fault
+from validation.text import figure, listed
+
+
+def alike(recording: Recording) -> list[Fault]:
+    """Return pairs of axes that differ by a constant and noise only; the sign may be opposite."""
+    mag_nT = recording.mag_nT
+    if len(mag_nT) < POLICY.least_rows:
+        return []
+    noise, spread = white_noise_std(mag_nT), mag_nT.std(axis=0)
+    found = []
+    for one, other in combinations(range(3), 2):
+        rest = min(float(np.std(mag_nT[:, one] - sign * mag_nT[:, other])) for sign in (1, -1))
+        floor = float(np.hypot(noise[one], noise[other]))
+        small = rest < POLICY.alike_noise * floor or rest < POLICY.alike_share * spread[one]
+        if small and spread[one] > POLICY.alike_motion * max(rest, 1e-300):
+            text = f"axes {AXES[one]} and {AXES[other]} measure the same: check columns and wiring"
+            found.append(Fault("alike", text, np.zeros(len(mag_nT), np.bool_), "none", doubtful=True))
+    return found
+
+
+def unwired(recording: Recording) -> list[Fault]:
+    """Return an axis of noise only while the other two move off the ellipse of a level turn."""
+    mag_nT = recording.mag_nT
+    if len(mag_nT) < POLICY.least_rows:
+        return []
+    noise, spread = white_noise_std(mag_nT), mag_nT.std(axis=0)
+    found = []
+    for axis in range(3):
+        others = np.delete(mag_nT, axis, axis=1)
+        still = spread[axis] < POLICY.unwired_noise * noise[axis]
+        if still and POLICY.unwired_motion * spread[axis] < others.std(axis=0).min() and not _on_ellipse(others):
+            text = f"axis {AXES[axis]} shows only noise, {figure(float(spread[axis]))} nT rms, while "
+            text += f"{listed([name for name in AXES if name != AXES[axis]])} move: check the wiring"
+            found.append(Fault("unwired", text, np.zeros(len(mag_nT), np.bool_), "none", doubtful=True))
+    return found
+
+
+def _on_ellipse(plane: Array) -> bool:
+    """Return whether points (n, 2) lie on a conic, as those of a turn about the third axis do."""
+    x, y = ((plane - plane.mean(axis=0)) / plane.std(axis=0)).T
+    columns = np.column_stack([x * x, x * y, y * y, x, y])
+    rest = columns @ np.linalg.lstsq(columns, np.ones(len(x)), rcond=None)[0] - 1.0
+    return bool(rest.std() < POLICY.on_ellipse)

@@ -1,0 +1,91 @@
+"""Wrapped counts: an axis that overflows its integer and goes on at the other end of the range."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from recordings import Recording
+from scenarios.arrays import Array
+from validation.policy import POLICY
+from validation.screening.fault import AXES, Fault
+from validation.signals.intervals import gaps_after
+from validation.signals.lattice import find_lattice
+from validation.text import counted, figure
+
+BITS = range(8, 33)
+"""Widths of the integers of converters."""
+
+
+def wrapped(recording: Recording) -> list[Fault]:
+    """Return the rows in which an axis has wrapped: unwrapped where the period is known, else left out."""
+    found, mag_nT, gaps = [], recording.mag_nT, gaps_after(recording.time_s)
+    for axis in range(3):
+        jumps = _jumps(mag_nT[:, axis], gaps)
+        if len(jumps):
+            found.append(_fault(mag_nT, axis, jumps))
+            mag_nT = mag_nT if found[-1].mended_nT is None else found[-1].mended_nT
+    return found
+
+
+def _fault(mag_nT: Array, axis: int, jumps: NDArray[np.intp]) -> Fault:
+    column = mag_nT[:, axis]
+    seen = _heights(column, jumps)
+    period = _period(column, float(np.median(np.abs(seen))), _usual(np.abs(np.diff(column))))
+    turn = np.zeros(len(column), np.intp)
+    turn[jumps + 1] = np.where(seen < 0, 1, -1)
+    turn = np.cumsum(turn)
+    values, often = np.unique(turn, return_counts=True)
+    turn -= values[np.argmax(often)]
+    text = (
+        f"axis {AXES[axis]} wraps {counted(len(jumps), 'time')}, by {figure(period or np.median(np.abs(seen)), 6)} nT"
+    )
+    if period is None:
+        return Fault("wrapped", f"{text}: integers that overflow", turn != 0)
+    mended = mag_nT.copy()
+    mended[:, axis] += turn * period
+    bits = int(np.rint(np.log2(period / _step(column))))
+    return Fault("wrapped", f"{text}: integers of {bits} bits that overflow", turn != 0, "unwrapped", False, mended)
+
+
+def _usual(step: Array) -> float:
+    return float(np.quantile(step, POLICY.wrap_usual)) if len(step) else 0.0
+
+
+def _jumps(column: Array, gaps: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Return the samples of an axis (n,) before a wrap; none where the motion between samples is not small.
+
+    A wrap goes from one end of the range to the other, the course before and after heading on; values lie between.
+    """
+    step, none = np.diff(column), np.zeros(0, np.intp)
+    if len(column) < POLICY.least_rows:
+        return none
+    usual, width = _usual(np.abs(step)), float(np.ptp(column))
+    middle = np.abs(column - (column.max() + column.min()) / 2) < POLICY.wrap_quarter * width
+    if not 0 < usual < POLICY.wrap_smooth * width or middle.mean() < POLICY.wrap_middle:
+        return none
+    far = np.flatnonzero(np.abs(step) > width - POLICY.wrap_ends * usual)
+    far = far[~np.isin(far, gaps) & (far > 0) & (far < len(step) - 1)]
+    if not len(far):
+        return none
+    heading = -np.sign(step[far])
+    on = (heading * step[far - 1] > 0) & (heading * step[far + 1] > 0)
+    return far if on.mean() >= POLICY.wrap_heading else none
+
+
+def _heights(column: Array, jumps: NDArray[np.intp]) -> Array:
+    """Return the jumps (m,) of an axis less the motion, the mean of the steps before and after."""
+    step = np.diff(column)
+    return np.asarray(step[jumps] - (step[jumps - 1] + step[jumps + 1]) / 2)
+
+
+def _step(column: Array) -> float:
+    lattice = find_lattice(column)
+    return lattice.step if lattice and not lattice.floating else 0.0
+
+
+def _period(column: Array, height: float, usual: float) -> float | None:
+    """Return the power of two of the converter's steps that a jump is; None where no power is near."""
+    step = _step(column)
+    near = [step * 2.0**bits for bits in BITS if abs(step * 2.0**bits - height) < usual]
+    return near[0] if step > 0 and near else None
