@@ -70,7 +70,7 @@ def assert_read_or_refused(path: Path) -> None:
     if error is not None:
         assert str(error).startswith(str(path))
         assert "\n" not in str(error)
-        assert len(str(error)) < len(str(path)) + 300
+        assert len(str(error)) < len(str(path)) + 500
         assert error.do
 
 

@@ -1,0 +1,23 @@
+"""Text logs as people have them: tables in any dialect, with or without a header."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from recordings.readers.base import FileFormat
+from recordings.readers.text.reading import is_table, read
+
+_SUFFIXES = (".csv", ".tsv", ".txt", ".log", ".dat", ".asc")
+
+
+def _recognises(path: Path, head: bytes) -> bool:
+    return path.suffix.lower() in _SUFFIXES or is_table(head)
+
+
+TEXT = FileFormat(
+    name="CSV",
+    suffixes=_SUFFIXES,
+    summary="a text table",
+    recognises=_recognises,
+    read=read,
+)

@@ -1,0 +1,64 @@
+"""The way of a text log from its bytes to columns: encoding, dialect, header, rows, cells."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from recordings.readers.base import FileContents, Wanted, stripped_names
+from recordings.readers.text.body import TableBody
+from recordings.readers.text.dialect import Dialect, dialect_of, named_delimiter
+from recordings.readers.text.encoding import EncodedText, decoded, is_text, text_of
+from recordings.readers.text.layout import TableLayout, UnclearHeader, layout_of
+from scenarios.errors import InputError
+
+CONVERT = "convert it to a text table with a header line, or to Parquet"
+
+
+def read(path: Path, wanted: Wanted) -> FileContents:
+    """Return the wanted columns of a text log; InputError for a file that is no text, or holds no rows of numbers."""
+    text = text_of(path)
+    if not is_text(b"".join(text.head())):
+        raise InputError("is not a text table", where=str(path), do=CONVERT)
+    return _read_table(path, text, wanted)
+
+
+def is_table(head: bytes) -> bool:
+    """Return whether the first bytes of a file are text with rows of numbers."""
+    text = decoded(head)
+    if not is_text(text.data):
+        return False
+    lines = _lines(text)
+    try:
+        layout = layout_of(lines, dialect_of(lines, b'"' in head))
+    except UnclearHeader:
+        return True
+    return layout is not None and layout.rows > 1
+
+
+def _read_table(path: Path, text: EncodedText, wanted: Wanted) -> FileContents:
+    """Return the wanted columns of a table with one row a line."""
+    lines = _lines(text)
+    dialect = dialect_of(lines, b'"' in text.data)
+    layout = _layout(path, lines, dialect)
+    start = sum(map(len, text.head()[: layout.first]))
+    return TableBody(path, memoryview(text.data)[start:], layout, dialect).contents(wanted, text)
+
+
+def _lines(text: EncodedText) -> list[str]:
+    """Return the lines of the head, empty for the first of a spreadsheet, which names the delimiter."""
+    lines = [line.decode("utf-8", "replace") for line in text.head()]
+    return ["" if k == 0 and named_delimiter(line) else line for k, line in enumerate(lines)]
+
+
+def _layout(path: Path, lines: Sequence[str], dialect: Dialect) -> TableLayout:
+    try:
+        layout = layout_of(lines, dialect)
+    except UnclearHeader as error:
+        do = "give the header as many names as the rows have cells"
+        raise InputError(str(error), where=str(path), do=do) from None
+    if layout is None:
+        what = f"is not a text table: no row of numbers in the first {len(lines)} lines"
+        raise InputError(what, where=str(path), do=CONVERT)
+    stripped_names(path, [name for name in layout.names if name])
+    return layout
