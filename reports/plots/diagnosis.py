@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from reports.palette import AFTER, BEFORE, RAW, SOFT
-from reports.plots.style import WIDTH_IN, clip_outliers, panels, time_scale
+from reports.plots.style import clip_outliers, panels, time_scale
 from reports.presentation.diagnosis import PresentedDiagnosis
 from reports.presentation.series import GapSeries, block_length, block_means
 from scenarios.arrays import Array
@@ -29,8 +29,9 @@ EQUAL: Sides = (("before", BEFORE, "before and after, equal"),)
 def draw_gap(found: PresentedDiagnosis) -> Figure:
     """Draw measured minus simulated over time, before and after: means over short (pale) and long (bold) blocks."""
     series, gap = found.series, found.series.displayed
-    figure = Figure(figsize=(WIDTH_IN, 1.7 * len(series.outputs) + 0.8), layout="constrained")
-    axes = figure.subplots(len(series.outputs), 1, sharex=True, squeeze=False)[:, 0]
+    count = len(series.outputs)
+    figure, axes = panels(1.7 * count + 0.8, count, sharex=True, squeeze=False)
+    axes = axes[:, 0]
     scale, unit = time_scale(series.time_s)
     gaps, least = thinned(gap), series.residual.thinned(FINE).before_nT
     for k, (axis, label) in enumerate(zip(axes, series.outputs, strict=True)):
@@ -117,8 +118,7 @@ def draw_channel(found: PresentedDiagnosis) -> Figure:
     series, gap = found.series, found.series.displayed
     channels = list(series.channels.items())[:3] or [("time_s", series.time_s)]
     thin, output = gap.thinned(MOST_POINTS), gap.largest
-    figure = Figure(figsize=(WIDTH_IN, 3.2), layout="constrained")
-    axes = figure.subplots(1, len(channels), sharey=True, squeeze=False)[0]
+    figure, (axes,) = panels(3.2, 1, len(channels), sharey=True, squeeze=False)
     for axis, (name, values) in zip(axes, channels, strict=True):
         channel = block_means(values, block_length(len(values), MOST_POINTS))
         for side, colour, label in _sides(gap.before_nT, gap.after_nT):

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
 from reports.palette import INK, LINES, RAW, XYZ
-from reports.plots.style import WIDTH_IN, clip_outliers, draw_lines, draw_phase_bands, label_time_axis
+from reports.plots.style import WIDTH_IN, clip_outliers, draw_lines, draw_phase_bands, label_time_axis, panels
 from reports.text.outcome import rms_length
 from scenarios.arrays import Array
 from validation.scoring.outcome import Outcome
@@ -86,13 +86,13 @@ def _wire_sphere(axis: Any, radius: float, reach: float) -> None:
 def draw_norm(outcome: Outcome) -> Figure:
     """Draw the field strength over time: raw, true and corrected above; corrected minus true below."""
     strengths = {name: _strength(outcome.corrected[name]) for name in outcome.shown()[:MOST_LINES]}
-    figure = Figure(figsize=(WIDTH_IN, 4.6), layout="constrained")
-    whole, zoom = axes = figure.subplots(2, 1, sharex=True)
+    figure, (whole, zoom) = panels(4.6, 2, sharex=True)
+    axes = [whole, zoom]
     _draw_strengths(whole, outcome, strengths)
     _draw_errors(zoom, outcome, strengths)
     for axis in axes if strengths else [whole]:
         axis.legend(reverse=axis is zoom, loc="center left", bbox_to_anchor=(1.0, 0.5))
-    draw_phase_bands(list(axes), outcome)
+    draw_phase_bands(axes, outcome)
     label_time_axis(zoom, outcome)
     return figure
 
@@ -124,8 +124,9 @@ def _strength(field_nT: Array) -> Array:
 def draw_residuals(outcome: Outcome) -> Figure:
     """Draw corrected field minus truth by component, a row with a scale of its own per calibrator."""
     names = outcome.shown()
-    figure = Figure(figsize=(WIDTH_IN, 1.35 * max(1, len(names)) + 0.5), layout="constrained")
-    axes = np.atleast_1d(figure.subplots(max(1, len(names)), 1, sharex=True))
+    rows = max(1, len(names))
+    figure, axes = panels(1.35 * rows + 0.5, rows, sharex=True, squeeze=False)
+    axes = axes[:, 0]
     for axis, name in zip(axes, names, strict=False):
         residual_nT = outcome.residual_nT(name)
         mark = "†" if outcome.rotation_removed(name) else ""

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from calib.numerics.noise import white_noise_std
 from reports.palette import INK, RAW, SOFT, XYZ
-from reports.plots.style import WIDTH_IN, clip_outliers, legend_at_right, panels, time_scale
+from reports.plots.style import clip_outliers, legend_at_right, panels, time_scale
 from scenarios.arrays import Array
 from validation.inspection.sensor_data import SensorData
 from validation.inspection.timing import find_gaps
@@ -28,12 +28,12 @@ MOST_TONES = 8
 
 def draw_coverage(data: SensorData) -> Figure:
     """Draw the directions of the field in the body frame on two discs of equal area: cells with samples, and points."""
-    figure = Figure(figsize=(WIDTH_IN, 5.2), layout="constrained")
+    figure, axes = panels(5.2, 1, 2)
     corrected = data.corrected_nT
     seen = directions(data.series.mag_nT if corrected is None else corrected)
     entered = np.zeros(cells().total, np.bool_)
     entered[cells().index(seen)] = True
-    for axis, sign, title in zip(figure.subplots(1, 2), (1, -1), ("upper half, +z", "lower half, −z"), strict=True):
+    for axis, sign, title in zip(axes, (1, -1), ("upper half, +z", "lower half, −z"), strict=True):
         _disc(axis, sign, entered)
         half = seen[sign * seen[:, 2] >= 0]
         axis.scatter(*_flat(half[every_nth(len(half), MOST_POINTS)]).T, s=3, color=INK, linewidths=0, rasterized=True)
@@ -187,8 +187,8 @@ def draw_allan(data: SensorData) -> Figure:
 
 def draw_low_digits(data: SensorData) -> Figure:
     """Draw how often each low digit occurs: the converter's last four bits, or the position within the noise."""
-    figure = Figure(figsize=(WIDTH_IN, 2.6), layout="constrained")
-    for k, (axis, lattice) in enumerate(zip(figure.subplots(1, 3), data.lattices, strict=True)):
+    figure, axes = panels(2.6, 1, 3)
+    for k, (axis, lattice) in enumerate(zip(axes, data.lattices, strict=True)):
         values = data.series.mag_nT[data.fresh, k]
         if lattice is not None and not lattice.floating:
             code = np.rint((values - lattice.offset) / lattice.step).astype(np.int64) % CODES

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from diagnosis.several.transfer import Presence
 from reports.palette import LINES, RAW, SOFT
 from reports.plots.diagnosis import BOTH, draw_output, thinned
-from reports.plots.style import WIDTH_IN, panels
+from reports.plots.style import panels
 from reports.presentation.pooled import CoefficientPanel, PresentedEffect, PresentedPool
 
 MOST_COLUMNS = 3
@@ -47,8 +47,8 @@ def _draw_panel(axis: Any, panel: CoefficientPanel, presence: tuple[Presence, ..
 
 def draw_gaps(pooled: PresentedPool) -> Figure:
     """Draw measured minus simulated over time, a row per recording: before, and after with the others' coefficients."""
-    figure = Figure(figsize=(WIDTH_IN, 1.6 * len(pooled.names) + 0.8), layout="constrained")
-    axes = figure.subplots(len(pooled.names), 1, squeeze=False)[:, 0]
+    figure, axes = panels(1.6 * len(pooled.names) + 0.8, len(pooled.names), squeeze=False)
+    axes = axes[:, 0]
     for axis, name, gap in zip(axes, pooled.names, pooled.series, strict=True):
         draw_output(axis, thinned(gap), gap.largest, BOTH)
         axis.set_ylabel(f"{'xyz'[gap.largest] if gap.before_nT.shape[1] == 3 else 'strength'} (nT)")
