@@ -13,6 +13,7 @@ from calib.reference import Reference
 from recordings import Recording, read_recording
 from recordings.importer import sensors_in
 from recordings.manifest import file_of, read_manifest
+from recordings.reading import Reading
 from scenarios.errors import InputError
 from validation.calibrating.reference import reference_of
 
@@ -37,16 +38,16 @@ class Source:
     reference_sensor: int | None = None
 
     @classmethod
-    def of_file(cls, file: Path, name: str, run: int = 0, maps: Sequence[str] = ()) -> Self:
+    def of_file(cls, file: Path, name: str, run: int = 0, reading: Reading | None = None) -> Self:
         """The source of one run's file or measured log."""
-        return cls(name, file, partial(read_recording, file, maps=maps), partial(reference_of, file), run)
+        return cls(name, file, partial(read_recording, file, reading=reading), partial(reference_of, file), run)
 
 
 def file_sources(
     paths: Sequence[Path],
     run: int | None,
     sensor: int | None = None,
-    maps: Sequence[str] = (),
+    reading: Reading | None = None,
     reference_sensor: int | None = None,
 ) -> tuple[Source, ...]:
     """The sources in files and dataset directories; of a dataset all runs unless `run` selects one.
@@ -59,18 +60,18 @@ def file_sources(
         runs = range(read_manifest(path).runs) if path.is_dir() and run is None else (run or 0,)
         suffix = " run {}" if len(runs) > 1 else ""
         stem = path.resolve().name if path.is_dir() else path.stem
-        found += [Source.of_file(file_of(path, k), stem + suffix.format(k), k, maps) for k in runs]
-    separate = _by_sensor(_distinct(found), sensor, maps, reference_sensor)
+        found += [Source.of_file(file_of(path, k), stem + suffix.format(k), k, reading) for k in runs]
+    separate = _by_sensor(_distinct(found), sensor, reading, reference_sensor)
     return tuple(replace(source, reference_sensor=reference_sensor) for source in separate)
 
 
 def _by_sensor(
-    found: Sequence[Source], sensor: int | None, maps: Sequence[str], reference_sensor: int | None
+    found: Sequence[Source], sensor: int | None, reading: Reading | None, reference_sensor: int | None
 ) -> Sequence[Source]:
     """The selected sensor of each source; else all sensors of a single array but the reference."""
     if sensor is not None:
         return [replace(source, sensor=sensor) for source in found]
-    arrays = [sensors_in(source.place, maps) for source in found]
+    arrays = [sensors_in(source.place, reading) for source in found]
     if len(found) == 1 and len(arrays[0]) > 1:
         (whole,) = found
         return [replace(whole, name=f"{whole.name}@{k}", sensor=k) for k in arrays[0] if k != reference_sensor]

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from calib.reference import Reference
     from calib.result import Calibration, Status
     from diagnosis.result import Diagnosis
-    from recordings import Recording, Truth, read_recording, read_run
+    from recordings import Reading, Recording, Truth, read_recording, read_run
     from reports.outputs.run import run_scenario
     from scenarios.load import catalogue
     from sim.dataset_writer import generate
@@ -53,6 +53,7 @@ __all__ = [
     "InputError",
     "Inspection",
     "Outcome",
+    "Reading",
     "Recording",
     "Reference",
     "Scenario",
@@ -90,6 +91,7 @@ if not TYPE_CHECKING:  # type checkers read the imports above
         "Diagnosis": "magbench.diagnosis.result",
         "Inspection": "magbench.validation.inspection.inspection",
         "Outcome": "magbench.validation.scoring.outcome",
+        "Reading": "magbench.recordings",
         "Recording": "magbench.recordings",
         "Reference": "magbench.calib.reference",
         "Scenario": "magbench.sim.scenario",

@@ -28,9 +28,6 @@ Overrides = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="Override a value, e.g. --set effects.white_noise.std_nT=[5,5,5]"),
 ]
-Maps = Annotated[
-    list[str] | None, typer.Option("--map", help="Rename and convert a column, e.g. --map mag_x_nT=bx,unit=uT")
-]
 Run = Annotated[int, typer.Option(min=0, help="Which run of a dataset directory.")]
 FieldStrength = Annotated[
     float | None,

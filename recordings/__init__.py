@@ -13,7 +13,8 @@ from recordings.manifest import Manifest, read_manifest, run_path
 from recordings.metadata import RunFile, run_file, run_metadata
 from recordings.reader import read_recording, read_run
 from recordings.readers import FORMATS, FileContents, FileFormat
-from recordings.recording import Recording, Truth
+from recordings.reading import Reading
+from recordings.recording import Origin, Recording, Truth
 from recordings.resume import finish_dataset, open_dataset_for_writing
 from recordings.streams import Interpolation, MergedStreams, Stream, merge
 from recordings.writer import RunWriter, write_recording
@@ -26,6 +27,8 @@ __all__ = [
     "Interpolation",
     "Manifest",
     "MergedStreams",
+    "Origin",
+    "Reading",
     "Recording",
     "RunFile",
     "RunWriter",

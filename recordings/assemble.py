@@ -23,13 +23,13 @@ from recordings.columns import (
     mag_names,
     numbers,
 )
-from recordings.recording import Recording, Truth
+from recordings.recording import STATED, Origin, Recording, Truth
 from scenarios.arrays import Array
 
 Named = Mapping[str, NDArray[Any]]
 
 
-def recording_of(named: Named) -> Recording:
+def recording_of(named: Named, origin: Origin = STATED) -> Recording:
     """Return the recording in named columns, without truth; a vector that lacks a component is None."""
     held: dict[str, Any] = {signal.field: _signal(named, signal) for signal in SIGNALS if signal.group != "mag"}
     held["channels"] = _channels(named)
@@ -37,7 +37,7 @@ def recording_of(named: Named) -> Recording:
     sensors = numbers("mag", tuple(named))
     array = np.stack([_stack(named, mag_names(k)) for k in sensors]) if sensors else None
     mag_nT = _stack(named, mag_names()) if array is None else array[0]
-    return Recording(**held, mag_nT=mag_nT, array_mag_nT=array)
+    return Recording(**held, mag_nT=mag_nT, array_mag_nT=array, origin=origin)
 
 
 def truth_of(named: Named, parameters: dict[str, Any]) -> Truth:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -11,62 +11,75 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
+from recordings.body_frame import turned
 from recordings.columns import RUN, group_of, is_truth, mag_names, numbers
 from recordings.decode import NotNumbersError, is_empty, is_timestamp, numbers_of, seconds_of, words_of
 from recordings.readers import load
 from recordings.readers.base import Wanted
-from recordings.units import ColumnMap, parse_maps
+from recordings.reading import Reading
+from recordings.recording import STATED, Origin
+from recordings.units import ColumnMap
 from scenarios.arrays import Array
 from scenarios.errors import InputError
 
 LARGEST = 1e30
 """No quantity is larger in any unit; loggers write the largest float for "no value", so larger values are infinite."""
 
+NOTHING_STATED = Reading()
+
 
 @dataclass(frozen=True)
 class RawColumns:
     """The columns of a file before any check: float64 (n,), NaN for an empty cell; words for `phase`.
 
-    notes : what the file's reader changed, a line each, see `readers.base.FileContents`.
+    sources : name -> name in the file, for renamed columns. origin : how they were read, with the reader's notes.
     """
 
     path: Path
     named: dict[str, NDArray[Any]]
-    notes: tuple[str, ...] = ()
+    sources: Mapping[str, str] = field(default_factory=dict)
+    origin: Origin = STATED
 
 
-def read_columns(path: Path, maps: Sequence[str] = (), wanted: Wanted = lambda name: not is_truth(name)) -> RawColumns:
+def read_columns(
+    path: Path, reading: Reading = NOTHING_STATED, wanted: Wanted = lambda name: not is_truth(name)
+) -> RawColumns:
     """Read a file of any format in `readers.FORMATS`; columns are mapped and converted.
 
-    maps : `TARGET=SOURCE[,unit=U][,scale=F]`; the source is renamed, converted to the target's unit, multiplied by F.
+    reading : what is stated of the file.
     wanted : which of the other columns to read; by default all but the truth.
 
     Time may be a timestamp and becomes seconds since the first. Text, and an optional column without any value, is left
     out. Raises InputError for a file that cannot be read, lacks a column of time or field, or has text in place of
     numbers.
     """
-    sources = {entry.source for entry in parse_maps(maps)}
+    sources = {entry.source for entry in reading.column_maps}
     contents = load(path, lambda name: name in sources or (bool(name) and wanted(name)))
-    return replace(raw_columns(path, contents.table, maps), notes=contents.notes)
+    return raw_columns(path, contents.table, reading, contents.notes)
 
 
-def sensors_in(path: Path, maps: Sequence[str] = ()) -> tuple[int, ...]:
+def sensors_in(path: Path, reading: Reading | None = None) -> tuple[int, ...]:
     """Return the numbers of an array's magnetometers in a file, ascending; empty for a single magnetometer.
 
     Raises InputError for a file that cannot be read.
     """
-    parsed = parse_maps(maps)
+    parsed = Reading.for_file(path, reading=reading).column_maps
     names = load(path, lambda name: group_of(name) == "mag").table.column_names
     renamed = {entry.source for entry in parsed}
     return numbers("mag", [*(name for name in names if name not in renamed), *(entry.target for entry in parsed)])
 
 
-def raw_columns(path: Path, table: pa.Table, maps: Sequence[str] = ()) -> RawColumns:
+def raw_columns(
+    path: Path, table: pa.Table, reading: Reading = NOTHING_STATED, notes: tuple[str, ...] = ()
+) -> RawColumns:
     """Return the columns of a table, mapped and converted, see `read_columns`; messages call the table `path`."""
-    named = _named(path, table, parse_maps(maps))
+    maps = reading.column_maps
+    named = _named(path, table, maps)
     _check_names(path, tuple(named), table.schema)
     decoded = {name: _decoded(path, name, *source) for name, source in named.items()}
-    return RawColumns(path, {name: values for name, values in decoded.items() if values is not None})
+    known = turned({name: values for name, values in decoded.items() if values is not None}, reading)
+    sources = {one.target: one.source for one in maps}
+    return RawColumns(path, known, sources, Origin(notes, frame=reading.frame or ""))
 
 
 Source = tuple[pa.ChunkedArray, ColumnMap | None]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Protocol, runtime_checkable
 
@@ -14,6 +14,7 @@ from recordings.assemble import recording_of
 from recordings.checks import check_columns, check_field
 from recordings.columns import mag_names
 from recordings.importer import RawColumns, raw_columns
+from recordings.reading import Reading, hear
 from recordings.recording import Recording
 from scenarios.arrays import Array
 from scenarios.errors import InputError
@@ -33,11 +34,11 @@ class Frame(Protocol):
         """Return a stream of the columns."""
 
 
-def raw_columns_of(data: object, *, time_s: ArrayLike | None = None, maps: Sequence[str] = ()) -> RawColumns:
+def raw_columns_of(data: object, *, time_s: ArrayLike | None = None, reading: Reading | None = None) -> RawColumns:
     """Return the columns of an array (n, 3) in nT, of a data frame, or of a dict of columns, before any check.
 
     time_s : (n,) the times of an array's samples; by default the samples are a second apart.
-    maps : as for files, see `importer.read_columns`.
+    reading : as for files, see `importer.read_columns`.
     Raises InputError for another type, and for an array of another shape.
     """
     if time_s is not None and isinstance(data, Frame | Mapping):
@@ -51,16 +52,17 @@ def raw_columns_of(data: object, *, time_s: ArrayLike | None = None, maps: Seque
         table = pa.table(columns)
     except CONVERSION as error:
         raise _unreadable(error, str(FRAME)) from None
-    return raw_columns(place, table, maps)
+    return raw_columns(place, table, reading or Reading())
 
 
-def recording_in_memory(data: object, *, time_s: ArrayLike | None = None, maps: Sequence[str] = ()) -> Recording:
+def recording_in_memory(data: object, *, time_s: ArrayLike | None = None, reading: Reading | None = None) -> Recording:
     """Return the recording in memory, checked and filled as a measured log is; arguments as `raw_columns_of`.
 
     Raises InputError for data that are not fit for use.
     """
-    raw = raw_columns_of(data, time_s=time_s, maps=maps)
-    return recording_of(check_field(raw.path, check_columns(raw)))
+    raw = raw_columns_of(data, time_s=time_s, reading=reading)
+    hear(*raw.origin.notes)
+    return recording_of(check_field(raw.path, check_columns(raw)), raw.origin)
 
 
 def _array_columns(data: object, time_s: ArrayLike | None) -> dict[str, Array]:

@@ -14,18 +14,22 @@ from recordings.importer import read_columns
 from recordings.manifest import file_of
 from recordings.metadata import read_metadata
 from recordings.readers import is_parquet
+from recordings.reading import Reading, hear
 from recordings.recording import Recording, Truth
 
 
-def read_recording(path: Path, *, run: int = 0, maps: Sequence[str] = ()) -> Recording:
+def read_recording(path: Path, *, run: int = 0, maps: Sequence[str] = (), reading: Reading | None = None) -> Recording:
     """Read a recording, without truth, from a run, a dataset directory (its run number `run`), or a measured log.
 
     All columns but time_s and mag_* are optional. Every further numeric column is a channel, further text is left out.
-    maps : `--map` texts, see `importer.read_columns`. Checks and filled cells: `checks.check_columns`, `check_field`.
+    reading : how the log is read, by default as kept beside it; maps : further `--map` texts.
+    Checks and filled cells: `checks.check_columns`, `check_field`.
     Raises InputError with file, column and row for data that are not fit for use.
     """
-    raw = read_columns(file_of(path, run), maps)
-    recording = recording_of(check_field(raw.path, check_columns(raw)))
+    file = file_of(path, run)
+    raw = read_columns(file, Reading.for_file(file, maps, reading))
+    recording = recording_of(check_field(raw.path, check_columns(raw)), raw.origin)
+    hear(*recording.origin.notes)
     pa.default_memory_pool().release_unused()  # else Arrow keeps twice the memory of a long log
     return recording
 

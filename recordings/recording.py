@@ -11,6 +11,30 @@ from numpy.typing import NDArray
 from scenarios.arrays import Array
 
 
+@dataclass(frozen=True)
+class Origin:
+    """How the columns of a log became a recording.
+
+    Parameters
+    ----------
+    notes : a line for each guess and each change of the rows, for the user.
+    unit : of the magnetometer's columns in the recording: nT, or "count" where the gain is not known.
+    timed : whether times were logged; else the samples count as a second apart.
+    axes : that were measured, "xyz", or "xy" where z is filled with zeros.
+    frame : the log's body frame, "flu" or "frd", which was turned to FLU; empty where it was not stated.
+    """
+
+    notes: tuple[str, ...] = ()
+    unit: str = "nT"
+    timed: bool = True
+    axes: str = "xyz"
+    frame: str = ""
+
+
+STATED = Origin()
+"""Of columns under the contract's names and in its units."""
+
+
 @dataclass(frozen=True, repr=False)
 class Recording:
     """A recording of n samples, all that a calibrator sees. A quantity that was not measured is None.
@@ -28,6 +52,7 @@ class Recording:
     channels           name -> (n,)  any other numeric column
     array_mag_nT       (k, n, 3)     the sensors of an array; mag_nT is then the first sensor
     motor_numbers      (m,)          of the motors in current_A; empty: 1 to m
+    origin                           how the log was read
     =================  ============  =================================================================
     """
 
@@ -43,6 +68,7 @@ class Recording:
     channels: dict[str, Array] = field(default_factory=dict)
     array_mag_nT: Array | None = None
     motor_numbers: tuple[int, ...] = ()
+    origin: Origin = STATED
 
     def __len__(self) -> int:
         return len(self.time_s)
@@ -52,7 +78,7 @@ class Recording:
         sensors = 1 if self.array_mag_nT is None else len(self.array_mag_nT)
         of = "one magnetometer" if sensors == 1 else f"{sensors} magnetometers"
         length_s = float(self.time_s[-1] - self.time_s[0]) if len(self) else 0.0
-        more = [item.name for item in fields(self)[2:-3] if getattr(self, item.name) is not None]
+        more = [item.name for item in fields(self)[2:-4] if getattr(self, item.name) is not None]
         named = f"; {', '.join([*more, *self.channels])}" if more or self.channels else ""
         return f"Recording: {len(self)} samples of {of} in {length_s:.6g} s{named}"
 

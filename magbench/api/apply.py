@@ -7,7 +7,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from magbench.api.inputs import Data, in_keywords, path_of, recording_from
+from magbench.api.inputs import Data, in_keywords, path_of, reading_from, recording_from
 from scenarios.errors import InputError
 
 if TYPE_CHECKING:
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from calib.result import Calibration
+    from recordings.reading import Reading
 
 
 @in_keywords()
@@ -24,6 +25,7 @@ def apply(
     *,
     time_s: ArrayLike | None = None,
     maps: Sequence[str] = (),
+    reading: Reading | None = None,
     run: int = 0,
 ) -> NDArray[np.float64]:
     """The field (n, 3) in nT, body frame, of a recording after correction; data as in `calibrate`.
@@ -36,7 +38,9 @@ def apply(
     if not isinstance(calibration, Calibration):
         do = "pass one that magbench.calibrate returned; of several, one by its name"
         raise InputError(f"is of type {type(calibration).__name__}", where="calibration", do=do)
-    return corrected_field(calibration, recording_from(data, time_s=time_s, maps=maps, run=run), calibration.name)
+    read = reading_from(data, maps, reading)
+    recording = recording_from(data, time_s=time_s, reading=read, run=run)
+    return corrected_field(calibration, recording, calibration.name)
 
 
 @in_keywords()
@@ -48,12 +52,15 @@ def apply_file(
     name: str | None = None,
     run: int = 0,
     maps: Sequence[str] = (),
+    reading: Reading | None = None,
 ) -> dict[str, Any]:
     """Correct a file with one calibration of a calibration.json and write it to `out`, .parquet or .csv.
 
-    name : of several calibrations. Returns the calibrator, the number of samples, and a warning where the calibration
+    name : of several calibrations. maps, reading : as in `calibrate`.
+    Returns the calibrator, the number of samples, and a warning where the calibration
     is unobservable. Raises InputError for unusable files, and for an `out` equal to its source.
     """
     from validation.calibrating.calibration_file import apply_file as corrected_file
 
-    return corrected_file(path_of(calibration), path_of(data), Path(out), name=name, run=run, maps=maps)
+    read = reading_from(data, maps, reading)
+    return corrected_file(path_of(calibration), path_of(data), Path(out), name=name, run=run, reading=read)

@@ -7,12 +7,23 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from magbench.api.inputs import Data, in_keywords, recording_from, reference_from, scenario_from, tilts_from
+from magbench.api.inputs import (
+    Data,
+    in_keywords,
+    reading_from,
+    recording_from,
+    reference_from,
+    scenario_from,
+    tilts_from,
+)
 from scenarios.errors import InputError
 
 if TYPE_CHECKING:
+    from calib.reference import Reference
     from magbench.api.planning_results import BoundResult, WhatIfResult
+    from recordings.reading import Reading
     from sim.scenario import Scenario
+    from validation.bound.experiment import Experiment
     from validation.bound.query import BoundQuery
 
 Knowledge = Literal["norm", "norm+gyro", "norm+gyro+accel", "vector", "vector+eddy"]
@@ -33,6 +44,7 @@ def bound(
     tilt_limits: tuple[float, float] | str | None = None,
     overrides: Sequence[str] = (),
     maps: Sequence[str] = (),
+    reading: Reading | None = None,
     run: int = 0,
 ) -> BoundResult:
     """The least errors that any method can reach with a scenario or a recording, and what is not observable.
@@ -47,7 +59,6 @@ def bound(
     """
     from magbench.api.planning_results import BoundResult
     from sim.scenario import Scenario
-    from validation.bound.files import experiment_of
 
     noise = noise_std_nT, gyro_noise_rad_s, gyro_scale_std
     query = _query(knowledge, *noise, strength_unknown, coloured=coloured, tilts=tilt_limits)
@@ -56,10 +67,19 @@ def bound(
     if coloured or overrides:
         what = "applies to a scenario, and this is a recording"
         raise InputError(what, where="--coloured, --set", do="leave it out")
-    recording = recording_from(source, maps=maps, run=run)
-    reference = reference_from(source, run, field_strength_nT, field_enu_nT)
+    read = reading_from(source, maps, reading)
+    reference = reference_from(source, run, field_strength_nT, field_enu_nT, read)
+    return BoundResult.of(query.answer(_experiment(source, read, run, reference, noise_std_nT)))
+
+
+def _experiment(
+    source: Scenario | Data, reading: Reading, run: int, reference: Reference, noise_std_nT: float | None
+) -> Experiment:
+    """The experiment of a recording."""
+    from validation.bound.files import experiment_of
+
     where = str(source) if isinstance(source, str | PathLike) else "recording"
-    return BoundResult.of(query.answer(experiment_of(recording, reference, noise_std_nT, where)))
+    return experiment_of(recording_from(source, reading=reading, run=run), reference, noise_std_nT, where)
 
 
 @in_keywords()

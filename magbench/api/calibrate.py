@@ -5,7 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, TypeVar, overload
 
-from magbench.api.inputs import Data, calibrators_from, in_keywords, locked, recording_from, reference_from
+from magbench.api.inputs import (
+    Data,
+    calibrators_from,
+    in_keywords,
+    locked,
+    reading_from,
+    recording_from,
+    reference_from,
+)
 from scenarios.errors import InputError
 
 Method = TypeVar("Method")
@@ -17,6 +25,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from magbench.api.results import CalibrationResult, Calibrations
+    from recordings.reading import Reading
 
 
 @overload
@@ -28,6 +37,7 @@ def calibrate(
     field_enu_nT: Sequence[float] | None = None,
     time_s: ArrayLike | None = None,
     maps: Sequence[str] = (),
+    reading: Reading | None = None,
     run: int = 0,
     time_limit_s: float | None = None,
     out: str | PathLike[str] | None = None,
@@ -45,6 +55,7 @@ def calibrate(
     field_enu_nT: Sequence[float] | None = None,
     time_s: ArrayLike | None = None,
     maps: Sequence[str] = (),
+    reading: Reading | None = None,
     run: int = 0,
     exec_: Sequence[str] = (),
     time_limit_s: float | None = None,
@@ -63,6 +74,7 @@ def calibrate(
     field_enu_nT: Sequence[float] | None = None,
     time_s: ArrayLike | None = None,
     maps: Sequence[str] = (),
+    reading: Reading | None = None,
     run: int = 0,
     exec_: Sequence[str] = (),
     time_limit_s: float | None = None,
@@ -79,7 +91,8 @@ def calibrate(
     with_ : names of `magbench list calibrators`, what `magbench.register` named, or module:object. A failed fit is a
         result too: its `status` says why.
     time_s : (n,) beside an array; without it the samples are taken to be a second apart.
-    maps : `mag_x_nT=bx,unit=uT` renames and converts columns. run : which run of a dataset directory.
+    maps : `mag_x_nT=bx,unit=uT` renames and converts columns. reading : a `magbench.Reading`: columns, unit, axes,
+        frame, place and date of a log. run : which run of a dataset directory.
     exec_ : programs that calibrate, beside a list of names. time_limit_s : of one fit outside magbench.
     out : directory for calibration.json and the `exports` (c, px4, ardupilot, ros).
     force : export estimates too whose status is not ok, with the status in a comment.
@@ -96,8 +109,9 @@ def calibrate(
         raise InputError("exports need a directory", where="--export", do="add -o DIRECTORY")
     chosen = calibrators_from(with_, exec_, time_limit_s)
     with locked(out) as place:
-        recording = recording_from(data, time_s=time_s, maps=maps, run=run)
-        results = Calibrations.of(recording, reference_from(data, run, field_strength_nT, field_enu_nT), chosen)
+        read = reading_from(data, maps, reading)
+        recording = recording_from(data, time_s=time_s, reading=read, run=run)
+        results = Calibrations.of(recording, reference_from(data, run, field_strength_nT, field_enu_nT, read), chosen)
         if place is not None:
             refused = write_calibrations(results, place, forms, force=force)
             if refused:

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from magbench.api.inputs import Data, in_keywords, recording_from, reference_from
+from magbench.api.inputs import Data, in_keywords, reading_from, recording_from, reference_from
 
 if TYPE_CHECKING:
+    from recordings.reading import Reading
     from validation.cross_validation.workflow import CrossValidation
 
 
@@ -18,6 +19,7 @@ def worth(
     *,
     field_enu_nT: Sequence[float] | None = None,
     maps: Sequence[str] = (),
+    reading: Reading | None = None,
     run: int = 0,
 ) -> tuple[CrossValidation, ...]:
     """Whether soft iron, eddy currents and a temperature predict unseen legs better; of each sensor.
@@ -26,5 +28,6 @@ def worth(
     """
     from validation.cross_validation.workflow import cross_validate
 
-    recording = recording_from(data, maps=maps, run=run)
-    return cross_validate(recording, reference_from(data, run, field_strength_nT, field_enu_nT))
+    read = reading_from(data, maps, reading)
+    recording = recording_from(data, reading=read, run=run)
+    return cross_validate(recording, reference_from(data, run, field_strength_nT, field_enu_nT, read))

@@ -8,7 +8,16 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
-from magbench.api.inputs import Data, in_keywords, locked, path_of, recording_from, reference_from, stated_field
+from magbench.api.inputs import (
+    Data,
+    in_keywords,
+    locked,
+    path_of,
+    reading_from,
+    recording_from,
+    reference_from,
+    stated_field,
+)
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -17,6 +26,7 @@ if TYPE_CHECKING:
     from diagnosis.policy import Policy
     from diagnosis.sources import Source
     from magbench.api.results import DiagnosisResult, PooledDiagnosisResult
+    from recordings.reading import Reading
 
 
 @in_keywords()
@@ -31,6 +41,7 @@ def diagnose(
     policy: Policy | None = None,
     actuators: Sequence[str] = (),
     maps: Sequence[str] = (),
+    reading: Reading | None = None,
     run: int | None = 0,
     sensor: int | None = None,
     reference_sensor: int | None = None,
@@ -54,35 +65,41 @@ def diagnose(
     from diagnosis.question import Question
     from magbench.api.results import diagnosis_result
 
-    sources = _sources(data, time_s, maps, run, sensor, reference_sensor)
-    second = None if confirm is None else _second(confirm, sources, maps)
-    strength_nT, vector_nT = stated_field(field_strength_nT, field_enu_nT)
+    read = reading_from(data, maps, reading)
+    sources = _sources(data, time_s, read, run, sensor, reference_sensor)
+    strength_nT, vector_nT = stated_field(field_strength_nT, field_enu_nT, read)
     stated = {"strength_nT": strength_nT, "field_enu_nT": vector_nT, "actuators": actuators}
+    question = Question.about(model, **stated, policy=policy or STANDARD)
     with locked(out) as place:
-        question = Question.about(model, **stated, policy=policy or STANDARD)
-        found = diagnosis_result(answer(question, sources, second, say))
-        if place is not None:
-            _write(found, place, sources, say)
+        found = diagnosis_result(answer(question, sources, _second(confirm, sources, read), say))
+        _write(found, place, sources, say)
     return found
 
 
-def _second(confirm: Data, sources: Sequence[Source], maps: Sequence[str]) -> Source:
+def _second(confirm: Data | None, sources: Sequence[Source], reading: Reading) -> Source | None:
     """The recording that confirms, of the same run and sensors as the first; InputError beside several."""
     from diagnosis.answer import CONFIRM
     from diagnosis.sources import check_single
 
+    if confirm is None:
+        return None
     check_single(sources, CONFIRM)
     first = sources[0]
-    (second,) = _sources(confirm, None, maps, first.run, first.sensor, first.reference_sensor)
+    (second,) = _sources(confirm, None, reading, first.run, first.sensor, first.reference_sensor)
     return second
 
 
 def _write(
-    found: DiagnosisResult | PooledDiagnosisResult, out: Path, sources: Sequence[Source], say: Callable[[str], object]
+    found: DiagnosisResult | PooledDiagnosisResult,
+    out: Path | None,
+    sources: Sequence[Source],
+    say: Callable[[str], object],
 ) -> None:
     from magbench.api.results import DiagnosisResult
     from reports.outputs.diagnosis import write_diagnosis, write_pooled_diagnosis
 
+    if out is None:
+        return
     say("report and recording")
     if isinstance(found, DiagnosisResult):
         write_diagnosis(found.presented, out, f"Diagnosis of {sources[0].name}")
@@ -94,7 +111,7 @@ def _write(
 def _sources(
     data: Data | Sequence[str | PathLike[str]],
     time_s: ArrayLike | None,
-    maps: Sequence[str],
+    reading: Reading,
     run: int | None,
     sensor: int | None,
     reference_sensor: int | None,
@@ -103,11 +120,11 @@ def _sources(
     from diagnosis.sources import Source, file_sources
 
     if isinstance(data, str | PathLike):
-        return file_sources([path_of(data)], run, sensor, maps, reference_sensor)
+        return file_sources([path_of(data)], run, sensor, reading, reference_sensor)
     if isinstance(data, list | tuple) and data and all(isinstance(one, str | PathLike) for one in data):
-        return file_sources([path_of(one) for one in data], run, sensor, maps, reference_sensor)
+        return file_sources([path_of(one) for one in data], run, sensor, reading, reference_sensor)
     name, place = "recording", Path("recording")
-    read = partial(recording_from, data, time_s=time_s, maps=maps)
+    read = partial(recording_from, data, time_s=time_s, reading=reading)
     return (Source(name, place, read, partial(_own_reference, cast("Data", data)), 0, sensor, reference_sensor),)
 
 

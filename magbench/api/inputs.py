@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from calib.reference import Reference
     from recordings import Recording
     from recordings.memory import Frame
+    from recordings.reading import Reading
     from sim.scenario import Scenario
     from validation.bound.limit import Tilts
     from validation.calibrating.calibrator_entry import CalibratorEntry
@@ -65,8 +66,17 @@ def in_keywords() -> Iterator[None]:
         raise InputError(what, where=where, do=do) from None
 
 
+def reading_from(data: object, maps: Sequence[str], reading: Reading | None) -> Reading:
+    """How data are read: as stated, else as kept beside a file."""
+    from recordings.reading import Reading
+
+    if isinstance(data, str | PathLike):
+        return Reading.for_file(path_of(data), maps, reading)
+    return Reading.of(maps, reading)
+
+
 def recording_from(
-    data: object, *, time_s: ArrayLike | None = None, maps: Sequence[str] = (), run: int = 0
+    data: object, *, time_s: ArrayLike | None = None, reading: Reading | None = None, run: int = 0
 ) -> Recording:
     """A Recording as it is, a file read, an array or data frame taken in; InputError for anything else."""
     from recordings import Recording, read_recording
@@ -76,8 +86,8 @@ def recording_from(
         _check_shape(data)
         return data
     if isinstance(data, str | PathLike):
-        return read_recording(path_of(data), run=run, maps=maps)
-    return recording_in_memory(data, time_s=time_s, maps=maps)
+        return read_recording(path_of(data), run=run, reading=reading)
+    return recording_in_memory(data, time_s=time_s, reading=reading)
 
 
 def path_of(data: str | PathLike[str]) -> Path:
@@ -88,22 +98,30 @@ def path_of(data: str | PathLike[str]) -> Path:
 
 
 def reference_from(
-    data: object, run: int, field_strength_nT: float | None, field_enu_nT: Sequence[float] | None
+    data: object,
+    run: int,
+    field_strength_nT: float | None,
+    field_enu_nT: Sequence[float] | None,
+    reading: Reading | None = None,
 ) -> Reference:
-    """The stated reference, else the field that a simulated run's file names; InputError for none."""
+    """The stated reference, that of place and date, else a simulated run's own; InputError for none."""
     from recordings.manifest import file_of
     from validation.calibrating.reference import reference_of, stated_reference
 
-    strength, vector = stated_field(field_strength_nT, field_enu_nT)
+    strength, vector = stated_field(field_strength_nT, field_enu_nT, reading)
     if isinstance(data, str | PathLike):
         return reference_of(file_of(path_of(data), run), strength, vector)
     return stated_reference("reference", strength, vector)
 
 
 def stated_field(
-    field_strength_nT: float | None, field_enu_nT: Sequence[float] | None
+    field_strength_nT: float | None, field_enu_nT: Sequence[float] | None, reading: Reading | None = None
 ) -> tuple[float | None, list[float] | None]:
-    """The stated strength and vector as numbers; InputError for anything else."""
+    """The stated strength and vector as numbers, else the vector of place and date; InputError for anything else."""
+    from validation.calibrating.reference import field_at
+
+    if field_strength_nT is None and field_enu_nT is None and reading is not None:
+        return None, field_at(reading.place, reading.date)
     strength = None if field_strength_nT is None else _number("--field-strength-nT", field_strength_nT)
     vector = None if field_enu_nT is None else _numbers("--field-enu-nT", field_enu_nT)
     return strength, vector

@@ -7,12 +7,13 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from magbench.api.inputs import Data, in_keywords, locked, path_of, recording_from
+from magbench.api.inputs import Data, in_keywords, locked, path_of, reading_from, recording_from
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from magbench.api.results import InspectionResult
+    from recordings.reading import Reading
     from validation.inspection.inspection import Inspection
 
 
@@ -22,6 +23,7 @@ def inspect(
     *,
     time_s: ArrayLike | None = None,
     maps: Sequence[str] = (),
+    reading: Reading | None = None,
     run: int = 0,
     out: str | PathLike[str] | None = None,
 ) -> InspectionResult:
@@ -33,13 +35,13 @@ def inspect(
     from reports.outputs.inspection import write_inspection
 
     with locked(out) as place:
-        found = _inspected(data, time_s, maps, run)
+        found = _inspected(data, time_s, reading_from(data, maps, reading), run)
         if place is not None:
             write_inspection(found, place)
     return InspectionResult.of(found)
 
 
-def _inspected(data: Data, time_s: ArrayLike | None, maps: Sequence[str], run: int) -> Inspection:
+def _inspected(data: Data, time_s: ArrayLike | None, reading: Reading, run: int) -> Inspection:
     from recordings import Recording
     from recordings.assemble import arrays_of
     from recordings.importer import RawColumns
@@ -48,9 +50,9 @@ def _inspected(data: Data, time_s: ArrayLike | None, maps: Sequence[str], run: i
     from validation.inspection.log import log_of
 
     if isinstance(data, str | PathLike):
-        return inspect_file(path_of(data), maps=maps, run=run)
+        return inspect_file(path_of(data), reading=reading, run=run)
     if isinstance(data, Recording):
         raw = RawColumns(Path("recording"), arrays_of(recording_from(data)))
     else:
-        raw = raw_columns_of(data, time_s=time_s, maps=maps)
-    return inspect_log(log_of(raw, maps))
+        raw = raw_columns_of(data, time_s=time_s, reading=reading)
+    return inspect_log(log_of(raw))

@@ -7,11 +7,22 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from magbench.api.inputs import Data, engine, in_keywords, recording_from, reference_from, scenario_from, tilts_from
+from magbench.api.inputs import (
+    Data,
+    engine,
+    in_keywords,
+    reading_from,
+    recording_from,
+    reference_from,
+    scenario_from,
+    tilts_from,
+)
 
 if TYPE_CHECKING:
     from magbench.api.planning_results import OnwardResult, PlanResult
+    from recordings.reading import Reading
     from sim.scenario import Scenario
+    from validation.bound.limit import Tilts
     from validation.planning.next_leg import LegSequence
     from validation.planning.plan import Plan
     from validation.planning.task import PlanningTask
@@ -33,6 +44,7 @@ def plan(
     jobs: int | None = None,
     overrides: Sequence[str] = (),
     maps: Sequence[str] = (),
+    reading: Reading | None = None,
     out: str | PathLike[str] | None = None,
 ) -> PlanResult | OnwardResult:
     """The manoeuvre that calibrates a vehicle best in a time; with `after` the legs that go on from a recording.
@@ -45,18 +57,32 @@ def plan(
     """
     from magbench.api.planning_results import plan_result
     from reports.outputs.plan import write_plan
-    from validation.bound.goal import OFFSET, parsed_target
-    from validation.planning.task import PlanningTask
 
-    goal, size = parsed_target(target, "--target") if target else (OFFSET, None)
-    spec, tilts = scenario_from(like, overrides), tilts_from(tilt_limits)
-    task = PlanningTask.of(vehicle, spec, knowledge, tilts=tilts, goal=goal, noise_std_nT=noise_std_nT)
+    task, size = _task(
+        vehicle, scenario_from(like, overrides), knowledge, tilts_from(tilt_limits), target, noise_std_nT
+    )
     most_s = time_s or task.usual_s
     if after is None:
         found = _from_start(task, most_s, size, trials, jobs)
     else:
-        found = _after(task, after, most_s, size, maps, noise_std_nT, field_enu_nT)
+        found = _after(task, after, reading_from(after, maps, reading), (noise_std_nT, field_enu_nT), most_s, size)
     return plan_result(found, write_plan(found, Path(out)) if out else None)
+
+
+def _task(
+    vehicle: str,
+    like: Scenario,
+    knowledge: str,
+    tilts: Tilts | None,
+    target: str | None,
+    noise_std_nT: float | None,
+) -> tuple[PlanningTask, float | None]:
+    """What is planned, and the size of the figure to be reached."""
+    from validation.bound.goal import OFFSET, parsed_target
+    from validation.planning.task import PlanningTask
+
+    goal, size = parsed_target(target, "--target") if target else (OFFSET, None)
+    return PlanningTask.of(vehicle, like, knowledge, tilts=tilts, goal=goal, noise_std_nT=noise_std_nT), size
 
 
 def _from_start(
@@ -71,16 +97,17 @@ def _from_start(
 def _after(
     task: PlanningTask,
     after: Data,
+    reading: Reading,
+    stated: tuple[float | None, Sequence[float] | None],
     most_s: float,
     size: float | None,
-    maps: Sequence[str],
-    noise_std_nT: float | None,
-    field_enu_nT: Sequence[float] | None,
 ) -> Plan | LegSequence:
+    """The next legs; stated : the noise and the field vector."""
     from validation.bound.files import experiment_of
     from validation.planning.next_leg import next_legs
 
-    reference = reference_from(after, 0, None, field_enu_nT)
+    noise_std_nT, field_enu_nT = stated
+    reference = reference_from(after, 0, None, field_enu_nT, reading)
     where = str(after) if isinstance(after, str | PathLike) else "recording"
-    known = experiment_of(recording_from(after, maps=maps), reference, noise_std_nT, where)
+    known = experiment_of(recording_from(after, reading=reading), reference, noise_std_nT, where)
     return next_legs(task.after(known), most_s, size)

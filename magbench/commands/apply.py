@@ -3,21 +3,26 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from magbench.arguments import present
-from magbench.options import Data, Json, Maps, Run
+from magbench.options import Data, Json, Run
+from magbench.reading_options import reads_logs
+
+if TYPE_CHECKING:
+    from recordings.reading import Reading
 
 
+@reads_logs("data")
 def command(
     calibration: Annotated[Path, typer.Argument(metavar="CALIBRATION", help="A calibration.json.", callback=present)],
     data: Data,
     out: Annotated[Path, typer.Option("--out", "-o", help="The corrected recording, .parquet or .csv.")],
+    reading: Reading,
     with_: Annotated[str | None, typer.Option("--with", help="Which of several calibrations.")] = None,
     run: Run = 0,
-    map_: Maps = None,
     json: Json = False,
 ) -> None:
     """Correct a recording with an earlier calibration; the magnetometer's columns are replaced.
@@ -27,7 +32,7 @@ def command(
     from magbench.api.apply import apply_file
     from magbench.console import emit, say, warn
 
-    done = apply_file(calibration, data, out, name=with_, run=run, maps=map_ or ())
+    done = apply_file(calibration, data, out, name=with_, run=run, reading=reading)
     warn(done["warning"])
     say(f"{out}: {done['samples']} samples corrected with {done['calibrator']}")
     if json:

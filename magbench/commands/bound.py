@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from magbench.arguments import field_vector, none_of
-from magbench.options import FieldStrength, FieldVector, Json, Maps, Overrides
+from magbench.options import FieldStrength, FieldVector, Json, Overrides
+from magbench.reading_options import reads_logs
 from scenarios.names import find
 
 if TYPE_CHECKING:
     from magbench.api.planning_results import BoundResult, WhatIfResult
+    from recordings.reading import Reading
 
 WHAT_IF = "--what-if"
 Source = Annotated[
@@ -66,8 +68,10 @@ Report = Annotated[
 ]
 
 
+@reads_logs("source")
 def command(
     source: Source,
+    reading: Reading,
     knowledge: Knowledge = "norm",
     noise_std_nT: Noise = None,
     gyro_noise_rad_s: GyroNoise = None,
@@ -80,7 +84,6 @@ def command(
     run: WhichRun = None,
     field_strength_nT: FieldStrength = None,
     field_enu_nT: FieldVector = None,
-    map_: Maps = None,
     out: Report = None,
     json: Json = False,
 ) -> None:
@@ -90,7 +93,7 @@ def command(
     """
     from magbench.api.bound import bound, is_scenario
 
-    of_log = {"--run": run, "--field-strength-nT": field_strength_nT, "--field-enu-nT": field_enu_nT, "--map": map_}
+    of_log = {"--run": run, "--field-strength-nT": field_strength_nT, "--field-enu-nT": field_enu_nT}
     of_scenario = {"--set": set_, WHAT_IF: what_if, "--coloured": coloured or None}
     if not what_if:
         none_of({"--out": out}, f"is for {WHAT_IF} alone", "leave it out")
@@ -103,13 +106,17 @@ def command(
         "tilt_limits": tilt_limits,
     }
     if is_scenario(source):
-        none_of(of_log, "applies to a log, and this is a scenario", "change the scenario with --set KEY=VALUE")
+        none_of(
+            {**of_log, **reading.stated},
+            "applies to a log, and this is a scenario",
+            "change the scenario with --set KEY=VALUE",
+        )
         known |= {"coloured": coloured, "overrides": set_ or ()}
         _of_scenario(source, known, what_if, out or Path("out") / f"{find(source).stem}-bound", json)
     else:
         none_of(of_scenario, "applies to a scenario, and this is a log", "leave it out")
         known |= {"field_strength_nT": field_strength_nT, "field_enu_nT": field_vector(field_enu_nT)}
-        _show(bound(source, **known, maps=map_ or (), run=run or 0), json)
+        _show(bound(source, **known, reading=reading, run=run or 0), json)
 
 
 def _of_scenario(source: str, known: dict[str, Any], what_if: str | None, out: Path, json: bool) -> None:

@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from magbench.arguments import field_vector, split
-from magbench.options import Data, Exec, FieldStrength, FieldVector, Json, Maps, Run, TimeLimit, With
+from magbench.options import Data, Exec, FieldStrength, FieldVector, Json, Run, TimeLimit, With
+from magbench.reading_options import reads_logs
 from validation.calibrating.processes import TIME_LIMIT_S
 
 if TYPE_CHECKING:
     from magbench.api.results import Calibrations
+    from recordings.reading import Reading
     from validation.cross_validation.workflow import CrossValidation
 
 USUAL = ("sphere", "ellipsoid")
@@ -32,15 +34,16 @@ AskWorth = Annotated[
 ]
 
 
+@reads_logs("data")
 def command(
     data: Data,
+    reading: Reading,
     with_: With = None,
     exec_: Exec = None,
     time_limit_s: TimeLimit = TIME_LIMIT_S,
     run: Run = 0,
     field_strength_nT: FieldStrength = None,
     field_enu_nT: FieldVector = None,
-    map_: Maps = None,
     out: CalibrationOut = None,
     export: Export = None,
     force: Force = False,
@@ -67,7 +70,7 @@ def command(
             field_strength_nT,
             with_=split(with_ or "") if named else list(USUAL),
             field_enu_nT=field_vector(field_enu_nT),
-            maps=map_ or (),
+            reading=reading,
             run=run,
             exec_=exec_ or (),
             time_limit_s=time_limit_s,

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from magbench.arguments import all_present, complete_scenario, field_vector, known_scenario, present
-from magbench.options import FieldStrength, FieldVector, Json, Maps
+from magbench.options import FieldStrength, FieldVector, Json
+from magbench.reading_options import reads_logs
+
+if TYPE_CHECKING:
+    from recordings.reading import Reading
 
 Model = Annotated[
     str | None,
@@ -47,13 +51,14 @@ ReferenceSensor = Annotated[
 OneRun = Annotated[int | None, typer.Option(min=0, help="Which run of a dataset directory.  [default: all]")]
 
 
+@reads_logs("measured")
 def command(
     measured: Measured,
+    reading: Reading,
     model: Model = None,
     confirm: Confirm = None,
     field_enu_nT: FieldVector = None,
     field_strength_nT: FieldStrength = None,
-    map_: Maps = None,
     actuator: Actuators = None,
     run: OneRun = None,
     sensor: Sensor = None,
@@ -83,7 +88,7 @@ def command(
         field_enu_nT=field_vector(field_enu_nT),
         confirm=confirm,
         actuators=actuator or (),
-        maps=map_ or (),
+        reading=reading,
         run=run,
         sensor=sensor,
         reference_sensor=reference_sensor,

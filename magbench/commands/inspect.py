@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from magbench.options import Data, Json, Maps, Run
+from magbench.options import Data, Json, Run
+from magbench.reading_options import reads_logs
+
+if TYPE_CHECKING:
+    from recordings.reading import Reading
 
 
+@reads_logs("data")
 def command(
     data: Data,
-    map_: Maps = None,
+    reading: Reading,
     run: Run = 0,
     out: Annotated[Path | None, typer.Option("--out", "-o", help="Directory for report.html and inspect.json.")] = None,
     json: Json = False,
@@ -26,7 +31,7 @@ def command(
     from reports.text.inspection import finding_rows
     from validation.inspection.inspection import headline, summary
 
-    found = inspect(data, maps=map_ or (), run=run, out=out)
+    found = inspect(data, reading=reading, run=run, out=out)
     if json:
         emit(summary(found))
     else:

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from magbench.arguments import field_vector, known_scenario, none_of
-from magbench.options import CORES, FieldVector, Jobs, Json, Maps, Overrides
+from magbench.options import CORES, FieldVector, Jobs, Json, Overrides
+from magbench.reading_options import reads_logs
+
+if TYPE_CHECKING:
+    from recordings.reading import Reading
 
 LIKE = "standard-full"
 """Field, sensor and noise that are planned for, where nobody says others: the standard case's."""
@@ -54,8 +58,10 @@ Trials = Annotated[int, typer.Option(min=0, max=100_000, help="Flights that conf
 PlanOut = Annotated[Path | None, typer.Option("--out", "-o", help="Output directory.  [default: out/plan-VEHICLE]")]
 
 
+@reads_logs("after")
 def command(
     vehicle: VehicleName,
+    reading: Reading,
     time_s: Time = None,
     target: Target = None,
     after: After = None,
@@ -64,7 +70,6 @@ def command(
     tilt_limits: TiltLimits = None,
     noise_std_nT: Noise = None,
     field_enu_nT: FieldVector = None,
-    map_: Maps = None,
     trials: Trials = 100,
     jobs: Jobs = CORES,
     set_: Overrides = None,
@@ -79,7 +84,7 @@ def command(
     """
     enu = field_vector(field_enu_nT)
     if after is None:
-        none_of({"--field-enu-nT": enu, "--map": map_}, "speaks of a log", "name it with --after, or leave it out")
+        none_of({"--field-enu-nT": enu, **reading.stated}, "speaks of a log", "name it with --after, or leave it out")
     from magbench.api.plan import plan
     from magbench.console import emit, progress, say, show_table
     from validation.planning.summary import HEADS
@@ -99,7 +104,7 @@ def command(
             trials=trials,
             jobs=jobs,
             overrides=set_ or (),
-            maps=map_ or (),
+            reading=reading,
             out=place,
         )
     if json:

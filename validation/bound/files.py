@@ -17,6 +17,7 @@ from calib.numerics.rates import world_to_body
 from calib.result import Calibration
 from recordings import Recording, Truth, read_recording
 from recordings.manifest import file_of
+from recordings.reading import Reading
 from scenarios.arrays import Array
 from scenarios.errors import InputError
 from sim.effects.base import Effect
@@ -83,13 +84,13 @@ def recording_experiment(
     *,
     noise_std_nT: float | None = None,
     run: int = 0,
-    maps: Sequence[str] = (),
+    reading: Reading | None = None,
     strength_nT: float | None = None,
     enu: Sequence[float] | None = None,
 ) -> Experiment:
     """Return the experiment of a measured file, see `experiment_of`; InputError for unusable files and references."""
     file = file_of(path, run)
-    recording = read_recording(file, maps=maps)
+    recording = read_recording(file, reading=reading)
     return experiment_of(recording, reference_of(file, strength_nT, enu), noise_std_nT, str(file))
 
 

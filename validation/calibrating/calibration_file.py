@@ -14,6 +14,7 @@ import calib
 from calib import Calibration
 from recordings import read_recording, write_recording
 from recordings.files import system_errors_about, write_text
+from recordings.reading import Reading
 from scenarios.errors import InputError
 from scenarios.files import parsed_json, read_text
 from validation.calibrating.correction import corrected_field
@@ -86,7 +87,13 @@ def read_calibrations(path: Path) -> dict[str, Calibration]:
 
 
 def apply_file(
-    calibration: Path, data: Path, out: Path, *, name: str | None = None, run: int = 0, maps: Sequence[str] = ()
+    calibration: Path,
+    data: Path,
+    out: Path,
+    *,
+    name: str | None = None,
+    run: int = 0,
+    reading: Reading | None = None,
 ) -> dict[str, Any]:
     """Correct a recording with a calibration of a file and write the result to `out`, .parquet or .csv.
 
@@ -96,7 +103,7 @@ def apply_file(
     """
     _check_kept(out, (calibration, data))
     known = read_calibrations(calibration)
-    recording = read_recording(data, run=run, maps=maps)
+    recording = read_recording(data, run=run, reading=reading)
     chosen = name or next(iter(known)).split("@")[0]
     parts = sensor_recordings(recording, chosen)
     used = {key: _named(known, key, calibration) for key in parts}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,15 +14,16 @@ from recordings import Recording, read_recording
 from recordings.checks import FIELD_RANGE_NT
 from recordings.manifest import file_of
 from recordings.reader import parameters_of
+from recordings.reading import Reading
 from recordings.units import likely_unit
-from scenarios.errors import InputError
+from scenarios.errors import InputError, errors_relocated
 
 
 def recording_and_reference(
     path: Path,
     *,
     run: int = 0,
-    maps: Sequence[str] = (),
+    reading: Reading | None = None,
     strength_nT: float | None = None,
     enu: Sequence[float] | None = None,
 ) -> tuple[Recording, Reference]:
@@ -30,7 +32,7 @@ def recording_and_reference(
     Raises InputError for an unusable file and for an unknown reference; see `reference_of`.
     """
     file = file_of(path, run)
-    return read_recording(file, maps=maps), reference_of(file, strength_nT, enu)
+    return read_recording(file, reading=reading), reference_of(file, strength_nT, enu)
 
 
 def reference_of(file: Path, strength_nT: float | None, enu: Sequence[float] | None, otherwise: str = "") -> Reference:
@@ -44,6 +46,25 @@ def reference_of(file: Path, strength_nT: float | None, enu: Sequence[float] | N
             raise _unknown_field(str(file), otherwise)
         return stated_reference(str(file), None, known, f"{file}: field_enu_nT of its metadata")
     return stated_reference(str(file), strength_nT, enu)
+
+
+def field_at(place: Sequence[float] | None, date: datetime.date | None) -> list[float] | None:
+    """Return the world model's field (east, north, up) at a place and date, nT; None where neither is stated.
+
+    place : latitude and longitude in degrees, altitude in m or nothing for sea level. Raises InputError for one without
+    the other, and for a date outside the model's life.
+    """
+    from scenarios.spec import FieldSpec
+    from sim.field import earth_field_enu_nT
+
+    if place is None and date is None:
+        return None
+    if place is None or date is None:
+        given, missing = ("--date", "--place") if place is None else ("--place", "--date")
+        raise InputError(f"needs {missing} beside it", where=given, do="the field changes with both")
+    names = dict(zip(("latitude_deg", "longitude_deg", "altitude_m"), place, strict=False))
+    with errors_relocated("--date", "field.date"):
+        return [float(part) for part in earth_field_enu_nT(FieldSpec(**names, date=date))]
 
 
 def stated_reference(

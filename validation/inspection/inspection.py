@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from recordings.manifest import read_manifest
+from recordings.reading import Reading
 from scenarios.plain import json_ready
 from validation.inspection.finding import Finding
 from validation.inspection.frames import frame_findings
@@ -42,13 +43,15 @@ class Inspection:
         return [finding for finding in self.findings if finding.level == "warning"]
 
 
-def inspect_file(path: Path, *, maps: Sequence[str] = (), run: int = 0) -> Inspection:
+def inspect_file(path: Path, *, maps: Sequence[str] = (), reading: Reading | None = None, run: int = 0) -> Inspection:
     """Inspect a run, a dataset directory or a measured log.
 
-    maps : `--map` texts, see `recordings.importer.read_columns`. Faults of the values are findings, not errors.
+    reading : how the log is read, by default as kept beside it; maps : further `--map` texts.
+    Faults of the values are findings, not errors.
     Raises InputError for a file that cannot be read or has no columns of time and field.
     """
-    found, runs = inspect_log(read_log(path, maps=maps, run=run)), read_manifest(path).runs if path.is_dir() else 1
+    found = inspect_log(read_log(path, maps=maps, reading=reading, run=run))
+    runs = read_manifest(path).runs if path.is_dir() else 1
     return found if runs == 1 else replace(found, findings=(_one_of(runs, run), *found.findings))
 
 

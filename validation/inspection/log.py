@@ -13,7 +13,7 @@ from recordings.checks import MIN_INTERVAL_S, check_columns, check_field
 from recordings.columns import ACCEL, ATTITUDE, GYRO, mag_names, numbers
 from recordings.importer import RawColumns, read_columns
 from recordings.manifest import file_of
-from recordings.units import parse_maps
+from recordings.reading import Reading
 from scenarios.arrays import Array
 from scenarios.errors import InputError
 
@@ -72,18 +72,19 @@ class Series:
         return replace(self, mag_nT=factor * self.mag_nT)
 
 
-def read_log(path: Path, *, maps: Sequence[str] = (), run: int = 0) -> RawLog:
-    """Read a run, a dataset directory (run number `run`) or a measured log with `--map` texts; repair nothing.
+def read_log(path: Path, *, maps: Sequence[str] = (), reading: Reading | None = None, run: int = 0) -> RawLog:
+    """Read a run, a dataset directory (run number `run`) or a measured log read as stated; repair nothing.
 
     Raises InputError for a file that cannot be read, without numeric columns of time and field.
     """
-    return log_of(read_columns(file_of(path, run), maps), maps)
+    file = file_of(path, run)
+    return log_of(read_columns(file, Reading.for_file(file, maps, reading)))
 
 
-def log_of(raw: RawColumns, maps: Sequence[str] = ()) -> RawLog:
-    """Return the log of columns that have been read, with the maps that renamed columns."""
+def log_of(raw: RawColumns) -> RawLog:
+    """Return the log of columns that have been read."""
     columns = {name: np.asarray(values, np.float64) for name, values in raw.named.items() if name != "phase"}
-    return RawLog(raw.path, columns, {one.target: one.source for one in parse_maps(maps)}, _refusal(raw))
+    return RawLog(raw.path, columns, dict(raw.sources), _refusal(raw))
 
 
 def _refusal(raw: RawColumns) -> str:
