@@ -10,6 +10,7 @@ from recordings.readers.text.body import TableBody
 from recordings.readers.text.dialect import Dialect, dialect_of, named_delimiter
 from recordings.readers.text.encoding import EncodedText, decoded, is_text, text_of
 from recordings.readers.text.layout import TableLayout, UnclearHeader, layout_of
+from recordings.readers.text.rows import table_errors_about
 from scenarios.errors import InputError
 
 CONVERT = "convert it to a text table with a header line, or to Parquet"
@@ -42,7 +43,8 @@ def _read_table(path: Path, text: EncodedText, wanted: Wanted) -> FileContents:
     dialect = dialect_of(lines, b'"' in text.data)
     layout = _layout(path, lines, dialect)
     start = sum(map(len, text.head()[: layout.first]))
-    return TableBody(path, memoryview(text.data)[start:], layout, dialect).contents(wanted, text)
+    with table_errors_about(path):
+        return TableBody(path, memoryview(text.data)[start:], layout, dialect).contents(wanted, text)
 
 
 def _lines(text: EncodedText) -> list[str]:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
@@ -12,6 +14,7 @@ from numpy.typing import NDArray
 
 from recordings.readers.text.dialect import BLANKS, Dialect
 from recordings.readers.text.words import SPELT, is_comment
+from scenarios.errors import InputError
 
 BLOCK_BYTES = 1 << 22
 """What Arrow reads at a time: its own default, 1 MiB, is some percent slower."""
@@ -48,6 +51,17 @@ class SkippedLines:
         skipped = np.array(self.numbers, np.int64)
         before = skipped - np.arange(len(skipped))  # rows ahead of a skipped line, plus one
         return np.asarray(rows + 1 + np.searchsorted(before, rows + 1, "right"))
+
+
+@contextmanager
+def table_errors_about(path: Path) -> Iterator[None]:
+    """Turn Arrow's errors about lines that cannot be cut into cells into an InputError about `path`."""
+    try:
+        yield
+    except (pa.ArrowException, UnicodeDecodeError) as error:
+        reason = " ".join(str(error).split())[:160]
+        do = "convert it to a text table with a header line, or to Parquet"
+        raise InputError(f"cannot be read as a text table: {reason}", where=str(path), do=do) from error
 
 
 def parsed(data: memoryview, dialect: Dialect, columns: int, wanted: Sequence[int]) -> tuple[pa.Table, SkippedLines]:
