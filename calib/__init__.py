@@ -7,6 +7,7 @@ from calib.methods.de_gradiometer import DeGradiometer
 from calib.methods.de_turntable import DeTurntable
 from calib.methods.ellipsoid import EllipsoidCalibrator
 from calib.methods.ellipsoid_segmented import EllipsoidSegmented
+from calib.methods.fixed_attitude import FixedAttitude
 from calib.methods.ga import Ga
 from calib.methods.ga_gradiometer import GaGradiometer
 from calib.methods.gyro_accel_ml import GyroAccelMl
@@ -18,9 +19,11 @@ from calib.methods.kalman_rescaled import KalmanRescaledCalibrator
 from calib.methods.least_squares_gradiometer import LeastSquaresGradiometer
 from calib.methods.ml_geometric import MaximumLikelihoodGeometric
 from calib.methods.ml_newton import MaximumLikelihoodNewton
+from calib.methods.planar import Planar
 from calib.methods.pso import Pso
 from calib.methods.psoga import PsoGa
 from calib.methods.sphere import SphereCalibrator
+from calib.methods.strength_dip import StrengthDip
 from calib.methods.tolles_lawson import TollesLawsonCalibrator
 from calib.methods.two_step_gradiometer import TwoStepGradiometer
 from calib.methods.twostep import TwoStep
@@ -44,10 +47,13 @@ CALIBRATORS: dict[str, type[Calibrator]] = {
         MaximumLikelihoodGeometric,
         GyroMl,
         GyroAccelMl,
+        StrengthDip,
         Pso,
         Ga,
         PsoGa,
         DeTurntable,
+        Planar,
+        FixedAttitude,
         KalmanCalibrator,
         KalmanRescaledCalibrator,
         KalmanFuzzyCalibrator,

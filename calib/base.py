@@ -52,7 +52,8 @@ class Calibrator(ABC):
     NEEDS), `min_samples`, `sequential` (the order of the samples matters; the base leaves the claimed covariance
     unchanged), `whole_array` (takes all sensors of an array at once), `triangular` (the corrected field is in the frame
     of sensor 1, whose matrix is upper triangular), `one_axis` (made for a turn about one axis, with measurements in a
-    plane), `eddy` (B is fitted too; a fact of the class or a hyperparameter). The bound follows the fitted parameters.
+    plane), `own_judgement` (the method's own status and covariance are final), `eddy` (B is fitted too; a fact of the
+    class or a hyperparameter). The bound follows the fitted parameters.
 
     The base class checks the input, the excitation, the computation and the result (`calib.acceptance`). A fitted
     parameter `noise_std_nT`, the noise of a measured component, distinguishes motion from noise. `attitude_std_rad`:
@@ -67,6 +68,7 @@ class Calibrator(ABC):
     whole_array: ClassVar[bool] = False
     triangular: ClassVar[bool] = False
     one_axis: ClassVar[bool] = False
+    own_judgement: ClassVar[bool] = False
     attitude_std_rad: NotNegative = field(default=ATTITUDE_STD_RAD, kw_only=True)
 
     def __post_init__(self) -> None:
@@ -133,7 +135,7 @@ class Calibrator(ABC):
         result = self._failed(solved) if isinstance(solved, Status) else solved
         if not _finite(result):
             return self._failed(Status("not_converged", "the computation gave values that are not finite"))
-        if result.status.kind == "not_applicable":
+        if self.own_judgement or result.status.kind == "not_applicable":
             return result
         judged_by = reference if self._fits_vector else own_reference(result, reference)
         return self._judged(result, recording, judged_by, sensors)

@@ -11,7 +11,7 @@ import numpy as np
 from calib.acceptance import residual_of, widened
 from calib.base import Calibrator
 from calib.models.chained import Chained, Linear
-from calib.models.ellipsoid import SLOTS, SYMMETRIC_NAMES, UPPER
+from calib.models.ellipsoid import FULL_SLOTS, SYMMETRIC_NAMES, SYMMETRIC_SLOTS, UPPER
 from calib.models.linked import LEAST_NOISE, LinkedEstimate, LinkedSamples, mean_rates, steps
 from calib.models.linked_noise import likeliest_ratio
 from calib.models.linked_start import starts
@@ -31,8 +31,6 @@ RATIO_SETTLED = 0.02
 """Change of the logarithm of the ratio of the noises at which it has settled: no more than thousands of links tell."""
 MOST_TURN_DEG = 20.0
 """An "ok" says so where gyro and magnetometer are turned against each other by more: no mounting, wrong axes."""
-FULL, SYMMETRIC = np.eye(9).reshape(9, 3, 3), np.ascontiguousarray(SLOTS[:, :6, :3].transpose(1, 0, 2))
-"""dS / d its entries."""
 BIAS_NAMES = ("gyro_bias_x_rad_s", "gyro_bias_y_rad_s", "gyro_bias_z_rad_s")
 
 
@@ -99,7 +97,7 @@ class GyroLinked(Calibrator):
         x, rate_rad_s = recording.mag_nT[order] / strength_nT, recording.gyro_rad_s[order]
         noise = max(rms(white_noise_std(x)), LEAST_NOISE)
         gyro_rad_s = self.gyro_std_rad_s or max(rms(white_noise_std(rate_rad_s)), LEAST_GYRO_RAD_S)
-        slots, step_s = SYMMETRIC if self.aligned else FULL, steps(recording.time_s[order])
+        slots, step_s = SYMMETRIC_SLOTS if self.aligned else FULL_SLOTS, steps(recording.time_s[order])
         return LinkedSamples(x, mean_rates(rate_rad_s, step_s), step_s, slots, gyro_rad_s / noise)
 
     def _first(self, link: LinkedSamples) -> Minimum[Linear[LinkedEstimate]]:

@@ -191,6 +191,8 @@ def _slots() -> Array:
 
 
 SLOTS = _slots()
+FULL_SLOTS, SYMMETRIC_SLOTS = np.eye(9).reshape(9, 3, 3), np.ascontiguousarray(SLOTS[:, :6, :3].transpose(1, 0, 2))
+"""d matrix / d its entries: of all nine, and of the upper triangle of a symmetric one."""
 
 
 @dataclass(frozen=True, eq=False)

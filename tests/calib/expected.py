@@ -42,6 +42,7 @@ EXPECTED = {
     **dict.fromkeys(("ide_gradiometer", "de_gradiometer", "ga_gradiometer"), _exact(*MOTIONS)),
     **dict.fromkeys(("least_squares_gradiometer", "two_step_gradiometer"), _exact(*MOTIONS)),
     **dict.fromkeys(("gyro_ml", "gyro_accel_ml"), Expected(MOTIONS, True, 5.0, 2e-4, 1e-2, 1e-6)),
+    "strength_dip": Expected(MOTIONS, True, 0.1, 1e-5, 0.5, 1e-5),
     "ukf": Expected(("full", "pitch"), True, 1.0, 2e-5, 0.05, 2e-6),
     **dict.fromkeys(("kalman_rescaled", "kalman_fuzzy"), FILTER),
     "kalman": Expected((), True, 5.0, 2e-4, 0.25, 2e-5, unit_free=False),

@@ -29,13 +29,15 @@ LeastErrors = dict[tuple[str, str], float]
 def knowledge_of(name: str, needs: Collection[str], *, attitude_free: bool, eddy: bool = False) -> str | None:
     """Return a calibrator's knowledge of the field, and of eddy currents if estimated, as a key of KNOWLEDGE.
 
-    needs : quantities that the calibrator needs of a recording, keys of NEEDS. None for other or several sensors.
+    needs : quantities that the calibrator needs of a recording, keys of NEEDS. None for other or several sensors, for
+    an accelerometer without a gyro, and for a vector without a measured attitude.
     """
-    if "@" in name or OTHER_SENSORS & set(needs):
+    alone = any(one in needs and other not in needs for one, other in (("accel", "gyro"), ("field_vector", "attitude")))
+    if "@" in name or alone or OTHER_SENSORS & set(needs):
         return None
     if not attitude_free:
         return "vector+eddy" if eddy else "vector"
-    return "+".join(["norm", *(one for one in ("gyro", "accel") if one in needs and "gyro" in needs)])
+    return "+".join(["norm", *(one for one in ("gyro", "accel") if one in needs)])
 
 
 def least_errors_in(run: PreparedRun, knowledges: set[str], flights: MotionCache | None = None) -> LeastErrors:
