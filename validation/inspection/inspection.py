@@ -14,12 +14,13 @@ from validation.inspection.finding import Finding
 from validation.inspection.frames import frame_findings
 from validation.inspection.log import RawLog, read_log, series_of
 from validation.inspection.motion import motion_findings
-from validation.inspection.sensor_data import SensorData, derive
+from validation.inspection.sensor_data import SensorData, derive, without_faults
 from validation.inspection.spectra import noise_findings
 from validation.inspection.sufficiency import calibration_findings
 from validation.inspection.timing import in_seconds, timing_findings
 from validation.inspection.units import unit_findings
 from validation.inspection.values import missing_finding, value_findings
+from validation.screening.screening import screen
 from validation.text import counted
 
 SECTION = "file"
@@ -60,11 +61,13 @@ def inspect_log(log: RawLog) -> Inspection:
     log, unit = in_seconds(log)
     findings = [_taken(log), *unit, *timing_findings(log), missing_finding(log)]
     sensors = []
+    screened = None if log.recording is None else screen(log.recording)
     for sensor in log.sensors:
         raw = series_of(log, sensor)
-        data = derive(raw, sensor)
+        as_read = derive(raw, sensor, screened and (screened if sensor is None else screened.of_sensor(sensor - 1)))
+        data = without_faults(as_read)
         sensors.append(data)
-        findings += [*value_findings(data), *unit_findings(log, data, raw)]
+        findings += [*value_findings(as_read), *unit_findings(log, data, raw)]
         if sensor == log.sensors[0]:
             findings += frame_findings(data)
         findings += [*motion_findings(data), *calibration_findings(data), *noise_findings(data)]

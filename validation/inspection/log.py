@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from recordings import Recording
+from recordings.assemble import recording_of
 from recordings.checks import MIN_INTERVAL_S, check_columns, check_field
 from recordings.columns import ACCEL, ATTITUDE, GYRO, mag_names, numbers
 from recordings.importer import RawColumns, read_columns
@@ -28,12 +30,14 @@ class RawLog:
     columns : name -> (n,), numbers in the units of the names, NaN for empty cells.
     sources : name -> name in the file, for renamed columns.
     refusal : reason why `magbench calibrate` refuses the file, "" for an accepted file.
+    recording : as `magbench calibrate` reads the file, None for a refused file.
     """
 
     path: Path
     columns: dict[str, Array]
     sources: dict[str, str]
     refusal: str
+    recording: Recording | None = None
 
     def __len__(self) -> int:
         return len(self.columns["time_s"])
@@ -67,6 +71,12 @@ class Series:
     def __len__(self) -> int:
         return len(self.time_s)
 
+    def taken(self, keep: NDArray[np.bool_], mag_nT: Array) -> Series:
+        """Return the series of the m rows to keep (n,), with the field (m, 3) in them."""
+        others = {name: getattr(self, name) for name in ("gyro_rad_s", "accel_m_s2", "att_q")}
+        kept = {name: None if values is None else values[keep] for name, values in others.items()}
+        return Series(self.rows[keep], self.time_s[keep], mag_nT, **kept)
+
     def scaled(self, factor: float) -> Series:
         """Return the series with the field multiplied by `factor`."""
         return replace(self, mag_nT=factor * self.mag_nT)
@@ -84,15 +94,15 @@ def read_log(path: Path, *, maps: Sequence[str] = (), reading: Reading | None = 
 def log_of(raw: RawColumns) -> RawLog:
     """Return the log of columns that have been read."""
     columns = {name: np.asarray(values, np.float64) for name, values in raw.named.items() if name != "phase"}
-    return RawLog(raw.path, columns, dict(raw.sources), _refusal(raw))
+    return RawLog(raw.path, columns, dict(raw.sources), *_accepted(raw))
 
 
-def _refusal(raw: RawColumns) -> str:
+def _accepted(raw: RawColumns) -> tuple[str, Recording | None]:
+    """Return why the columns are refused, "" with their recording if they are not."""
     try:
-        check_field(raw.path, check_columns(raw))
+        return "", recording_of(check_field(raw.path, check_columns(raw)))
     except InputError as error:
-        return str(error).removeprefix(f"{raw.path}: ")
-    return ""
+        return str(error).removeprefix(f"{raw.path}: "), None
 
 
 def series_of(log: RawLog, sensor: int | None) -> Series:

@@ -18,6 +18,7 @@ from recordings.units import UNITS, likely_unit
 from scenarios.arrays import Array
 from validation.inspection.log import Series
 from validation.policy import POLICY
+from validation.screening.screening import ScreenedRecording, screen
 from validation.signals.faults import runs
 from validation.signals.held import stale
 from validation.signals.intervals import gaps_after, usual_interval
@@ -44,7 +45,7 @@ class SensorData:
 
     fresh, fresh_s : rows and times (m,) without repeats of a slower sensor.
     white_nT : white noise (3,), an upper bound unless `settled`, NaN where motion between samples hides the noise.
-    ellipsoid : ellipsoid fit with the median strength as reference.
+    ellipsoid : ellipsoid fit with the median strength as reference. judged : the recording that is calibrated.
     """
 
     sensor: int | None
@@ -57,6 +58,7 @@ class SensorData:
     settled: bool
     ellipsoid: Calibration
     residual: Residual | None
+    judged: ScreenedRecording
 
     @property
     def even(self) -> bool:
@@ -87,10 +89,14 @@ class SensorData:
         return field_nT if strength.std() < POLICY.most_spread * strength.mean() else None
 
 
-def derive(series: Series, sensor: int | None) -> SensorData:
-    """Derive the data of a magnetometer from the sound rows."""
+def derive(series: Series, sensor: int | None, judged: ScreenedRecording | None = None) -> SensorData:
+    """Derive the data of a magnetometer from the sound rows.
+
+    judged : the sensor's recording as `magbench calibrate` screens it; the rows themselves where that refuses the file.
+    """
     unit = _unit(series)
     series = series.scaled(UNITS["mag"][unit][0])
+    judged = judged or screen(Recording(series.time_s, series.mag_nT))
     lattices = tuple(find_lattice(column) for column in series.mag_nT.T)
     slower = stale(series.mag_nT)
     fresh = runs(series.mag_nT)[0] if slower else np.arange(len(series))
@@ -98,8 +104,18 @@ def derive(series: Series, sensor: int | None) -> SensorData:
     white_nT, settled = white_noise(series.mag_nT[fresh], gaps_after(fresh_s))
     white_nT = np.where(white_nT < POLICY.most_noise_share * median_strength(series.mag_nT), white_nT, np.nan)
     known = (fresh, fresh_s, white_nT, bool(settled.all()))
-    data = SensorData(sensor, series, unit, lattices, *known, _ellipsoid(series), None)
+    data = SensorData(sensor, series, unit, lattices, *known, _ellipsoid(judged), None, judged)
     return replace(data, residual=_residual(data))
+
+
+def without_faults(data: SensorData) -> SensorData:
+    """Return the data of the rows without a fault of the sensor, of which motion and noise are told."""
+    found = screen(Recording(data.series.time_s, data.series.mag_nT))
+    if all(fault.remedy == "none" or fault.kind == "held" for fault in found.faults):
+        return data
+    return replace(
+        derive(data.series.taken(found.keep, found.recording.mag_nT), data.sensor, data.judged), unit=data.unit
+    )
 
 
 def median_strength(mag_nT: Array) -> float:
@@ -138,10 +154,14 @@ def _spread_evenly(time_s: Array) -> Array:
     return np.concatenate([np.linspace(part[0], part[-1], len(part)) for part in parts])
 
 
-def _ellipsoid(series: Series) -> Calibration:
-    strength = median_strength(series.mag_nT)
-    reference = Reference(strength if strength > 0 else 1.0)
-    return get("ellipsoid").fit(Recording(series.time_s, series.mag_nT), reference)
+def _ellipsoid(judged: ScreenedRecording) -> Calibration:
+    return judged.judged(get("ellipsoid").fit(judged.recording, own_strength(judged.recording)))
+
+
+def own_strength(recording: Recording) -> Reference:
+    """Return the median strength of a recording as reference: no status depends on the reference's size."""
+    strength = median_strength(recording.mag_nT)
+    return Reference(strength if strength > 0 else 1.0)
 
 
 def _residual(data: SensorData) -> Residual | None:

@@ -12,7 +12,7 @@ from calib.observability import Extent, planar_status
 from recordings import Recording
 from scenarios.arrays import Array
 from validation.inspection.finding import Finding
-from validation.inspection.sensor_data import SensorData, attitude_of
+from validation.inspection.sensor_data import SensorData, attitude_of, own_strength
 from validation.policy import POLICY
 from validation.signals.quaternion_conventions import mean_direction
 from validation.text import figure, listed
@@ -41,13 +41,13 @@ def calibration_findings(data: SensorData) -> list[Finding]:
     if len(data.series) < 3:
         return []
     statuses = _tried(data)
-    found, said = [_spread(data), _enough(data, statuses)], ""
+    found, said = [_spread(data), *_own_change(data, statuses), _enough(data, statuses)], ""
     for kind, status in statuses.items():
         value, name = {"status": status.kind, "reason": status.reason}, f"enough_for_{kind.key}"
         if status.kind == "ok":
             found.append(Finding(SECTION, name, value, "", f"{kind.what}: data suffice.", "ok", data.sensor))
         else:
-            reason = _reason(data, status)
+            reason = status.reason
             text = f"{kind.what}: data do not suffice, {'for the same reason' if reason == said else reason}."
             found.append(Finding(SECTION, name, value, "", text, "note", data.sensor))
             said = reason
@@ -60,7 +60,7 @@ def _enough(data: SensorData, statuses: dict[CalibrationKind, Status]) -> Findin
     if kinds:
         text = f"The recording suffices for {listed(kinds)}."
         return Finding(SECTION, "enough_for", kinds, "", text, "ok", data.sensor)
-    reason = _reason(data, next(iter(statuses.values())))
+    reason = next(iter(statuses.values())).reason
     text = f"The recording suffices for no calibration: {reason}."
     return Finding(SECTION, "enough_for", kinds, "", text, "warning", data.sensor)
 
@@ -81,24 +81,25 @@ def _percent(field_nT: Array) -> float:
     return float(100 * strength.std() / strength.mean()) if strength.mean() > 0 else float("nan")
 
 
-def _reason(data: SensorData, status: Status) -> str:
-    """Return the calibrator's reason, or a changing field if the motion is wide enough for the calibrator."""
-    noise = float(np.nanmax(data.white_nT, initial=0.0))
-    residual = data.residual
-    wide = status.kind == "unobservable" and planar_status(Extent.of(data.series.mag_nT), noise) is None and noise > 0
-    if wide and residual is not None and residual.base == "attitude":
-        rms = float(np.sqrt(np.mean(residual.values**2)))
-        if rms > POLICY.field_change * noise:
-            times = figure(rms / noise, 2)
-            return f"{figure(rms)} nT rms, {times} times the noise, are not of the attitude: the field itself changes"
-    return status.reason
+def _own_change(data: SensorData, statuses: dict[CalibrationKind, Status]) -> list[Finding]:
+    """Return a note where a field that changes, and not the motion, is why a calibration is unobservable."""
+    noise, residual = float(np.nanmax(data.white_nT, initial=0.0)), data.residual
+    unobservable = any(status.kind == "unobservable" for status in statuses.values())
+    if not (unobservable and noise > 0 and residual is not None and residual.base == "attitude"):
+        return []
+    rms = float(np.sqrt(np.mean(residual.values**2)))
+    if rms <= POLICY.field_change * noise or planar_status(Extent.of(data.series.mag_nT), noise) is not None:
+        return []
+    text = f"{figure(rms)} nT rms, {figure(rms / noise, 2)} times the noise, are not of the attitude: the field itself "
+    return [Finding(SECTION, "field_change", rms, "nT", f"{text}changes.", "note", data.sensor)]
 
 
 def _tried(data: SensorData) -> dict[CalibrationKind, Status]:
     series = data.series
     strength = data.strength_nT if data.strength_nT > 0 else 1.0
-    plain = Recording(series.time_s, series.mag_nT)
-    statuses = {SPHERE: get("sphere").fit(plain, Reference(strength)).status, ELLIPSOID: data.ellipsoid.status}
+    judged = data.judged
+    sphere = get("sphere").fit(judged.recording, own_strength(judged.recording))
+    statuses = {SPHERE: judged.judged(sphere).status, ELLIPSOID: data.ellipsoid.status}
     q = attitude_of(series)
     vector = None if q is None else _field_vector(data, q, strength)
     if q is not None and vector is not None:

@@ -8,10 +8,10 @@ from validation.inspection.finding import Finding
 from validation.inspection.log import RawLog
 from validation.inspection.sensor_data import SensorData
 from validation.policy import POLICY
-from validation.signals.faults import pile_up, repeats, spikes
+from validation.signals.faults import repeats, spikes
 from validation.signals.intervals import gaps_after
 from validation.signals.lattice import odd_share
-from validation.text import counted, duration, figure, figures
+from validation.text import counted, duration, figure, figures, sentence
 
 SECTION = "values"
 MOST_LISTED = 20
@@ -35,7 +35,17 @@ def value_findings(data: SensorData) -> list[Finding]:
     if len(data.series) < 3:
         return []
     found = [_constant(data), _lattice(data), _preferred(data), _full_scale(data), _frozen(data), _spikes(data)]
-    return [finding for finding in found if finding is not None]
+    return [finding for finding in (*found, *_faults(data)) if finding is not None]
+
+
+def _faults(data: SensorData) -> list[Finding]:
+    """Return the faults that screening finds before a calibration, without those with a finding of their own."""
+    told = ("full_scale", "frozen", "held")
+    return [
+        Finding(SECTION, fault.kind, fault.summary(), "", sentence(fault.told), "warning", data.sensor)
+        for fault in data.judged.faults
+        if fault.kind not in told
+    ]
 
 
 def _constant(data: SensorData) -> Finding | None:
@@ -91,13 +101,12 @@ def _preferred(data: SensorData) -> Finding | None:
 
 
 def _full_scale(data: SensorData) -> Finding:
-    found = pile_up(data.series.mag_nT, data.lattices)
-    value = [{"axis": "xyz"[p.axis], "side": p.side, "level_nT": p.level, "samples": p.count} for p in found]
+    found = [end for fault in data.judged.faults if fault.kind == "full_scale" for end in fault.detail]
     if not found:
-        return Finding(SECTION, "full_scale", value, "nT", "No axis is cut off at full scale.", "ok", data.sensor)
-    listed = ", ".join(f"{'xyz'[p.axis]} at {figure(p.level, 6)} nT ({counted(p.count, 'sample')})" for p in found)
-    text = f"Cut off at full scale: {listed}. Leave the samples out, or choose a wider range."
-    return Finding(SECTION, "full_scale", value, "nT", text, "warning", data.sensor)
+        return Finding(SECTION, "full_scale", found, "nT", "No axis is cut off at full scale.", "ok", data.sensor)
+    ends = (f"{e['axis']} at {figure(e['level_nT'], 6)} nT ({counted(e['samples'], 'sample')})" for e in found)
+    text = f"Cut off at full scale: {', '.join(ends)}. Leave the samples out, or choose a wider range."
+    return Finding(SECTION, "full_scale", found, "nT", text, "warning", data.sensor)
 
 
 def _frozen(data: SensorData) -> Finding:
@@ -117,7 +126,7 @@ def _frozen(data: SensorData) -> Finding:
         text += f"{figure(float(series.time_s[longest[0]]), 6)} s."
         return Finding(SECTION, "frozen", value, "", text, "warning", data.sensor)
     share = 100 * found.repeated / len(series)
-    text = "No stretch is frozen"
+    text = "The sensor as a whole is never frozen"
     text += f"; {share:.2g} % of the rows repeat the previous row." if found.repeated else ", and no row is repeated."
     return Finding(SECTION, "frozen", value, "", text, "ok", data.sensor)
 

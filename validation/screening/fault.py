@@ -25,6 +25,7 @@ class Fault:
     kind : one word for files. text : a clause, "axis z is stuck at 25,013 nT".
     remedy : "left out" of the fit; "unwrapped", with the field `mended_nT` (n, 3); "none" where the rows stay.
     doubtful : with the rows still in, no estimate can be trusted. sensor : index in an array, None for a single one.
+    detail : places and sizes as plain values.
     """
 
     kind: str
@@ -34,6 +35,7 @@ class Fault:
     doubtful: bool = False
     mended_nT: Array | None = None
     sensor: int | None = None
+    detail: tuple[dict[str, Any], ...] = ()
 
     @property
     def told(self) -> str:
@@ -54,6 +56,7 @@ class Fault:
             "remedy": self.remedy,
             "doubtful": self.doubtful,
             "sensor": self.sensor,
+            "detail": list(self.detail),
         }
 
     def among(self, kept: NDArray[np.intp], total: int) -> Fault:

@@ -29,14 +29,23 @@ SCREENS: tuple[Screen, ...] = (sentinels, wrapped, frozen, held, stuck, full_sca
 
 @dataclass(frozen=True, eq=False)
 class ScreenedRecording:
-    """A recording without its faulty rows, and the faults; rows are counted in the recording as given."""
+    """A recording without its faulty rows, and the faults; rows are counted in the recording as given.
+
+    keep : rows (n,) of the recording as given that are left in.
+    """
 
     recording: Recording
     faults: tuple[Fault, ...]
+    keep: Mask
 
     def summary(self) -> list[dict[str, Any]]:
         """Return the faults as plain values for JSON."""
         return [fault.summary() for fault in self.faults]
+
+    def of_sensor(self, sensor: int) -> ScreenedRecording:
+        """Return a single sensor (0-based) of an array, with the faults of that sensor."""
+        faults = tuple(fault for fault in self.faults if fault.sensor in (None, sensor))
+        return replace(self, recording=self.recording.sensor(sensor), faults=faults)
 
     def judged(self, calibration: Calibration, sensor: int | None = None) -> Calibration:
         """Return a calibration of the screened recording with the faults in its reason.
@@ -62,14 +71,15 @@ def screen(recording: Recording) -> ScreenedRecording:
     """Screen a recording; of an array, every sensor, and a row with a fault of any sensor is left out."""
     if recording.array_mag_nT is None:
         keep, mag_nT, faults = _screened(recording, None)
-        return ScreenedRecording(_taken(replace(recording, mag_nT=mag_nT), keep), faults)
+        return ScreenedRecording(_taken(replace(recording, mag_nT=mag_nT), keep), faults, keep)
     every = [_screened(recording.sensor(k), k) for k in range(len(recording.array_mag_nT))]
     array = np.stack([mag_nT for _, mag_nT, _ in every])
     keep = np.logical_and.reduce([keep for keep, _, _ in every])
     faults = tuple(fault for _, _, found in every for fault in found)
     if np.count_nonzero(keep) < POLICY.least_kept:
         keep, faults = np.ones(len(recording), np.bool_), tuple(_left_in(fault) for fault in faults)
-    return ScreenedRecording(_taken(replace(recording, mag_nT=array[0], array_mag_nT=array), keep), faults)
+    whole = replace(recording, mag_nT=array[0], array_mag_nT=array)
+    return ScreenedRecording(_taken(whole, keep), faults, keep)
 
 
 def _taken(recording: Recording, keep: Mask) -> Recording:

@@ -44,9 +44,9 @@ def test_the_reason_names_the_fault_and_a_doubtful_fault_takes_the_ok_back() -> 
     left_out = Fault("stuck", "axis z is stuck at 25,013 nT", rows)
     stays = replace(left_out, remedy="none", doubtful=True, kind="alike", text="axes x and y measure the same")
     fit = Calibration(name="ellipsoid", status=Status("ok"))
-    judged = ScreenedRecording(tumble(1), (left_out,)).judged(fit)
+    judged = ScreenedRecording(tumble(1), (left_out,), ~rows).judged(fit)
     assert judged.status == Status("ok", "rows 151 to 600 were left out: axis z is stuck at 25,013 nT")
-    judged = ScreenedRecording(tumble(1), (left_out, stays)).judged(fit)
+    judged = ScreenedRecording(tumble(1), (left_out, stays), ~rows).judged(fit)
     assert judged.status.kind == "unobservable"
     assert judged.status.reason.endswith("; axes x and y measure the same")
 
