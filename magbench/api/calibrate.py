@@ -21,6 +21,7 @@ Method = TypeVar("Method")
 if TYPE_CHECKING:
     from collections.abc import Callable
     from os import PathLike
+    from pathlib import Path
 
     from numpy.typing import ArrayLike
 
@@ -101,7 +102,6 @@ def calibrate(
     for a refused export, after all other files are written.
     """
     from magbench.api.results import Calibrations
-    from validation.calibrating.calibration_file import RefusedExportsError, write_calibrations
     from validation.calibrating.export import known_forms
 
     forms = known_forms(",".join(exports)) if exports else ()
@@ -113,10 +113,17 @@ def calibrate(
         recording = recording_from(data, time_s=time_s, reading=read, run=run)
         results = Calibrations.of(recording, reference_from(data, run, field_strength_nT, field_enu_nT, read), chosen)
         if place is not None:
-            refused = write_calibrations(results, place, forms, force=force)
-            if refused:
-                raise RefusedExportsError(refused, results)
+            _write(results, place, forms, force)
     return results if exec_ or not isinstance(with_, str) else _single(results, with_)
+
+
+def _write(results: Calibrations, place: Path, forms: Sequence[str], force: bool) -> None:
+    """Write calibration.json and exports; InputError for refused exports, after all other files are written."""
+    from validation.calibrating.calibration_file import RefusedExportsError, write_calibrations
+
+    refused = write_calibrations(results, place, forms, force=force)
+    if refused:
+        raise RefusedExportsError(refused, results)
 
 
 def _single(results: Calibrations, name: str) -> CalibrationResult:

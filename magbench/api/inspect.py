@@ -7,11 +7,13 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from magbench.api.inputs import Data, in_keywords, locked, path_of, reading_from, recording_from
+from magbench.api.inputs import Data, in_keywords, locked, path_of, reading_from, recording_from, reference_from
+from scenarios.errors import InputError
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from calib.reference import Reference
     from magbench.api.results import InspectionResult
     from recordings.reading import Reading
     from validation.inspection.inspection import Inspection
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
 @in_keywords()
 def inspect(
     data: Data,
+    field_strength_nT: float | None = None,
     *,
     time_s: ArrayLike | None = None,
     maps: Sequence[str] = (),
@@ -29,19 +32,33 @@ def inspect(
 ) -> InspectionResult:
     """Report the contents of a recording, the calibrations it suffices for, and its faults; data as in `calibrate`.
 
+    field_strength_nT : the Earth's field there, for the figures in the reasons; no status depends on it.
     out : directory for report.html and inspect.json. Raises InputError for data that cannot be read.
     """
     from magbench.api.results import InspectionResult
     from reports.outputs.inspection import write_inspection
 
     with locked(out) as place:
-        found = _inspected(data, time_s, reading_from(data, maps, reading), run)
+        read = reading_from(data, maps, reading)
+        found = _inspected(data, time_s, read, run, _reference(data, run, field_strength_nT, read))
         if place is not None:
             write_inspection(found, place)
     return InspectionResult.of(found)
 
 
-def _inspected(data: Data, time_s: ArrayLike | None, reading: Reading, run: int) -> Inspection:
+def _reference(data: Data, run: int, strength_nT: float | None, reading: Reading) -> Reference | None:
+    """The reference of `calibrate`, None where nothing names the field and none is stated."""
+    try:
+        return reference_from(data, run, strength_nT, None, reading)
+    except InputError:
+        if strength_nT is not None:
+            raise
+        return None
+
+
+def _inspected(
+    data: Data, time_s: ArrayLike | None, reading: Reading, run: int, reference: Reference | None
+) -> Inspection:
     from recordings import Recording
     from recordings.assemble import arrays_of
     from recordings.importer import RawColumns
@@ -50,9 +67,9 @@ def _inspected(data: Data, time_s: ArrayLike | None, reading: Reading, run: int)
     from validation.inspection.log import log_of
 
     if isinstance(data, str | PathLike):
-        return inspect_file(path_of(data), reading=reading, run=run)
+        return inspect_file(path_of(data), reading=reading, run=run, reference=reference)
     if isinstance(data, Recording):
         raw = RawColumns(Path("recording"), arrays_of(recording_from(data)))
     else:
         raw = raw_columns_of(data, time_s=time_s, reading=reading)
-    return inspect_log(log_of(raw))
+    return inspect_log(log_of(raw), reference)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from magbench.options import Data, Json, Run
+from magbench.options import Data, FieldStrength, Json, Run
 from magbench.reading_options import reads_logs
 
 if TYPE_CHECKING:
@@ -19,6 +19,7 @@ def command(
     data: Data,
     reading: Reading,
     run: Run = 0,
+    field_strength_nT: FieldStrength = None,
     out: Annotated[Path | None, typer.Option("--out", "-o", help="Directory for report.html and inspect.json.")] = None,
     json: Json = False,
 ) -> None:
@@ -31,7 +32,7 @@ def command(
     from reports.text.inspection import finding_rows
     from validation.inspection.inspection import headline, summary
 
-    found = inspect(data, reading=reading, run=run, out=out)
+    found = inspect(data, field_strength_nT, reading=reading, run=run, out=out)
     if json:
         emit(summary(found))
     else:

@@ -11,7 +11,9 @@ import magbench
 from recordings import Recording
 from tests.validation.screening.tumbling import F_NT, tumble
 
-CASES = sorted(path for path in (Path(__file__).parents[1] / "recordings" / "cases").glob("*.*") if path.suffix != ".md")
+CASES = sorted(
+    path for path in (Path(__file__).parents[1] / "recordings" / "cases").glob("*.*") if path.suffix != ".md"
+)
 METHODS = ["sphere", "ellipsoid"]
 FAULTS = ("none", "stuck", "sentinel", "clip", "wrap", "half", "few", "wild", "step", "room")
 
@@ -19,7 +21,9 @@ FAULTS = ("none", "stuck", "sentinel", "clip", "wrap", "half", "few", "wild", "s
 def check(data: Path | Recording, strength_nT: float) -> None:
     found = {one.name: one.value for one in magbench.inspect(data).findings}
     fits = magbench.calibrate(data, strength_nT, with_=METHODS)
+    stated = {one.name: one.value for one in magbench.inspect(data, strength_nT).findings}
     assert {m: found[f"enough_for_{m}"]["status"] for m in METHODS} == {m: fits[m].status.kind for m in METHODS}
+    assert {m: stated[f"enough_for_{m}"]["reason"] for m in METHODS} == {m: fits[m].status.reason for m in METHODS}
     assert set(found["enough_for"]) & set(METHODS) == {m for m in METHODS if fits[m].status.kind == "ok"}
 
 

@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from calib import Reference
 from recordings.manifest import read_manifest
 from recordings.reading import Reading
 from scenarios.plain import json_ready
@@ -44,27 +45,35 @@ class Inspection:
         return [finding for finding in self.findings if finding.level == "warning"]
 
 
-def inspect_file(path: Path, *, maps: Sequence[str] = (), reading: Reading | None = None, run: int = 0) -> Inspection:
+def inspect_file(
+    path: Path,
+    *,
+    maps: Sequence[str] = (),
+    reading: Reading | None = None,
+    run: int = 0,
+    reference: Reference | None = None,
+) -> Inspection:
     """Inspect a run, a dataset directory or a measured log.
 
     reading : how the log is read, by default as kept beside it; maps : further `--map` texts.
-    Faults of the values are findings, not errors.
+    reference : the field there, see `inspect_log`. Faults of the values are findings, not errors.
     Raises InputError for a file that cannot be read or has no columns of time and field.
     """
-    found = inspect_log(read_log(path, maps=maps, reading=reading, run=run))
+    found = inspect_log(read_log(path, maps=maps, reading=reading, run=run), reference)
     runs = read_manifest(path).runs if path.is_dir() else 1
     return found if runs == 1 else replace(found, findings=(_one_of(runs, run), *found.findings))
 
 
-def inspect_log(log: RawLog) -> Inspection:
-    """Inspect a log that has been read."""
+def inspect_log(log: RawLog, reference: Reference | None = None) -> Inspection:
+    """Inspect a log that has been read; without a reference the median strength stands for the field's."""
     log, unit = in_seconds(log)
     findings = [_taken(log), *unit, *timing_findings(log), missing_finding(log)]
     sensors = []
     screened = None if log.recording is None else screen(log.recording)
     for sensor in log.sensors:
         raw = series_of(log, sensor)
-        as_read = derive(raw, sensor, screened and (screened if sensor is None else screened.of_sensor(sensor - 1)))
+        judged = screened if screened is None or sensor is None else screened.of_sensor(sensor - 1)
+        as_read = derive(raw, sensor, judged, reference)
         data = without_faults(as_read)
         sensors.append(data)
         findings += [*value_findings(as_read), *unit_findings(log, data, raw)]

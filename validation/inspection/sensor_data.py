@@ -45,7 +45,8 @@ class SensorData:
 
     fresh, fresh_s : rows and times (m,) without repeats of a slower sensor.
     white_nT : white noise (3,), an upper bound unless `settled`, NaN where motion between samples hides the noise.
-    ellipsoid : ellipsoid fit with the median strength as reference. judged : the recording that is calibrated.
+    judged : the recording that is calibrated. reference : the field there, or the median strength.
+    ellipsoid : ellipsoid fit to both.
     """
 
     sensor: int | None
@@ -59,6 +60,7 @@ class SensorData:
     ellipsoid: Calibration
     residual: Residual | None
     judged: ScreenedRecording
+    reference: Reference
 
     @property
     def even(self) -> bool:
@@ -89,7 +91,9 @@ class SensorData:
         return field_nT if strength.std() < POLICY.most_spread * strength.mean() else None
 
 
-def derive(series: Series, sensor: int | None, judged: ScreenedRecording | None = None) -> SensorData:
+def derive(
+    series: Series, sensor: int | None, judged: ScreenedRecording | None = None, reference: Reference | None = None
+) -> SensorData:
     """Derive the data of a magnetometer from the sound rows.
 
     judged : the sensor's recording as `magbench calibrate` screens it; the rows themselves where that refuses the file.
@@ -104,7 +108,9 @@ def derive(series: Series, sensor: int | None, judged: ScreenedRecording | None 
     white_nT, settled = white_noise(series.mag_nT[fresh], gaps_after(fresh_s))
     white_nT = np.where(white_nT < POLICY.most_noise_share * median_strength(series.mag_nT), white_nT, np.nan)
     known = (fresh, fresh_s, white_nT, bool(settled.all()))
-    data = SensorData(sensor, series, unit, lattices, *known, _ellipsoid(judged), None, judged)
+    reference = reference or _own_strength(judged.recording)
+    ellipsoid = judged.judged(get("ellipsoid").fit(judged.recording, reference))
+    data = SensorData(sensor, series, unit, lattices, *known, ellipsoid, None, judged, reference)
     return replace(data, residual=_residual(data))
 
 
@@ -113,9 +119,8 @@ def without_faults(data: SensorData) -> SensorData:
     found = screen(Recording(data.series.time_s, data.series.mag_nT))
     if all(fault.remedy == "none" or fault.kind == "held" for fault in found.faults):
         return data
-    return replace(
-        derive(data.series.taken(found.keep, found.recording.mag_nT), data.sensor, data.judged), unit=data.unit
-    )
+    clean = data.series.taken(found.keep, found.recording.mag_nT)
+    return replace(derive(clean, data.sensor, data.judged, data.reference), unit=data.unit)
 
 
 def median_strength(mag_nT: Array) -> float:
@@ -154,11 +159,7 @@ def _spread_evenly(time_s: Array) -> Array:
     return np.concatenate([np.linspace(part[0], part[-1], len(part)) for part in parts])
 
 
-def _ellipsoid(judged: ScreenedRecording) -> Calibration:
-    return judged.judged(get("ellipsoid").fit(judged.recording, own_strength(judged.recording)))
-
-
-def own_strength(recording: Recording) -> Reference:
+def _own_strength(recording: Recording) -> Reference:
     """Return the median strength of a recording as reference: no status depends on the reference's size."""
     strength = median_strength(recording.mag_nT)
     return Reference(strength if strength > 0 else 1.0)

@@ -12,7 +12,7 @@ from calib.observability import Extent, planar_status
 from recordings import Recording
 from scenarios.arrays import Array
 from validation.inspection.finding import Finding
-from validation.inspection.sensor_data import SensorData, attitude_of, own_strength
+from validation.inspection.sensor_data import SensorData, attitude_of
 from validation.policy import POLICY
 from validation.signals.quaternion_conventions import mean_direction
 from validation.text import figure, listed
@@ -98,7 +98,7 @@ def _tried(data: SensorData) -> dict[CalibrationKind, Status]:
     series = data.series
     strength = data.strength_nT if data.strength_nT > 0 else 1.0
     judged = data.judged
-    sphere = get("sphere").fit(judged.recording, own_strength(judged.recording))
+    sphere = get("sphere").fit(judged.recording, data.reference)
     statuses = {SPHERE: judged.judged(sphere).status, ELLIPSOID: data.ellipsoid.status}
     q = attitude_of(series)
     vector = None if q is None else _field_vector(data, q, strength)
