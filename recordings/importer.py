@@ -54,7 +54,7 @@ def read_columns(
     numbers.
     """
     sources = {entry.source for entry in reading.column_maps}
-    contents = load(path, lambda name: name in sources or (bool(name) and wanted(name)))
+    contents = load(path, lambda name: name in sources or (bool(name) and wanted(name)), reading.stream)
     return raw_columns(path, contents.table, reading, contents.notes)
 
 
@@ -63,8 +63,9 @@ def sensors_in(path: Path, reading: Reading | None = None) -> tuple[int, ...]:
 
     Raises InputError for a file that cannot be read.
     """
-    parsed = Reading.for_file(path, reading=reading).column_maps
-    names = load(path, lambda name: group_of(name) == "mag").table.column_names
+    own = Reading.for_file(path, reading=reading)
+    parsed = own.column_maps
+    names = load(path, lambda name: group_of(name) == "mag", own.stream).table.column_names
     renamed = {entry.source for entry in parsed}
     return numbers("mag", [*(name for name in names if name not in renamed), *(entry.target for entry in parsed)])
 

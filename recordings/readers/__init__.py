@@ -21,8 +21,10 @@ CONVERTERS = {
 """How an autopilot's own log becomes a text table, by the suffix."""
 
 
-def load(path: Path, wanted: Wanted) -> FileContents:
+def load(path: Path, wanted: Wanted, stream: str | None = None) -> FileContents:
     """Read the wanted columns of a file, in the first format of FORMATS that recognises the file.
+
+    stream : the word that marks the magnetometer's rows in a log of several sensors.
 
     Blanks around column names are removed. Raises InputError for a file that is missing, a directory, unreadable,
     empty, damaged, ragged or of no known format, and for two columns of the same name.
@@ -31,7 +33,7 @@ def load(path: Path, wanted: Wanted) -> FileContents:
     found = next((entry for entry in FORMATS if entry.recognises(path, head)), None)
     if found is None:
         raise _unknown(path)
-    contents = found.read(path, wanted)
+    contents = found.read(path, wanted, stream)
     tables = {
         name: table.select([column for column in table.column_names if wanted(column)])
         for name, table in contents.tables.items()

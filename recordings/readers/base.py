@@ -51,15 +51,16 @@ class FileFormat:
     suffixes : of the format's files, lower case, with the dot.
     summary : a file of the format in words, as in "give a Parquet file".
     recognises : (path, first HEAD_BYTES bytes) -> whether the file has this format.
-    read : (path, wanted) -> the contents; a reader may return columns that are not wanted. Raises InputError for a
-        file that is damaged or ragged, and for two columns of the same name.
+    read : (path, wanted, stream) -> the contents; a reader may return columns that are not wanted. `stream` names the
+        magnetometer among several sensors, None where nobody said; formats of one sensor ignore it. Raises InputError
+        for a file that is damaged or ragged, and for two columns of the same name.
     """
 
     name: str
     suffixes: tuple[str, ...]
     summary: str
     recognises: Callable[[Path, bytes], bool]
-    read: Callable[[Path, Wanted], FileContents]
+    read: Callable[[Path, Wanted, str | None], FileContents]
 
 
 def file_head(path: Path) -> bytes:

@@ -33,7 +33,7 @@ def _recognises(path: Path, head: bytes) -> bool:
     return MARK in head.split(b"\n", 1)[0]
 
 
-def _read(path: Path, wanted: Wanted) -> FileContents:
+def _read(path: Path, wanted: Wanted, stream: str | None) -> FileContents:
     """Return times, the field X, Y, Z in nT (n,) and the strength F; D and I are in minutes of arc in the file."""
     text = text_of(path)
     records = _RECORDS.search(text.data)

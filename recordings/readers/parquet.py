@@ -33,7 +33,7 @@ def parquet_errors_about(path: Path) -> Iterator[None]:
         raise InputError("is cut off or damaged Parquet", where=str(path), do=do) from error
 
 
-def _read(path: Path, wanted: Wanted) -> FileContents:
+def _read(path: Path, wanted: Wanted, stream: str | None) -> FileContents:
     with parquet_errors_about(path), pq.ParquetFile(path) as file:
         names = file.schema_arrow.names
         stripped = dict(zip(names, stripped_names(path, names), strict=True))

@@ -32,12 +32,14 @@ class TableBody:
     path : the file, for messages.
     data : the lines, in UTF-8.
     layout, dialect : how they become columns.
+    numbers : of the lines in the file, where they do not follow each other there.
     """
 
     path: Path
     data: memoryview
     layout: TableLayout
     dialect: Dialect
+    numbers: Rows | None = None
 
     def contents(self, wanted: Wanted, text: EncodedText) -> FileContents:
         """Return the wanted columns, with notes; InputError where more lines are left out than read."""
@@ -83,7 +85,8 @@ class TableBody:
         return f"{len(numbers)} rows {which} were skipped, the first in line {line}"
 
     def _line(self, number: int) -> int:
-        return self.layout.first + 1 + line_of(self.data, number)
+        line = line_of(self.data, number)
+        return self.layout.first + 1 + line if self.numbers is None else int(self.numbers[line])
 
     def _table(self, cells: TypedColumns, rows: int) -> pa.Table:
         units = dict(zip(self.layout.names, self.layout.units, strict=True))

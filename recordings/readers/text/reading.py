@@ -9,19 +9,35 @@ from recordings.readers.base import FileContents, Wanted, stripped_names
 from recordings.readers.text.body import TableBody
 from recordings.readers.text.dialect import Dialect, dialect_of, named_delimiter
 from recordings.readers.text.encoding import EncodedText, decoded, is_text, text_of
-from recordings.readers.text.layout import TableLayout, UnclearHeader, layout_of
+from recordings.readers.text.layout import MOST_LINES, TableLayout, UnclearHeader, layout_of
 from recordings.readers.text.rows import table_errors_about
+from recordings.readers.text.several import SensorLog
+from recordings.readers.text.tags import TaggedLines, tagged_lines
 from scenarios.errors import InputError
 
 CONVERT = "convert it to a text table with a header line, or to Parquet"
 
 
-def read(path: Path, wanted: Wanted) -> FileContents:
-    """Return the wanted columns of a text log; InputError for a file that is no text, or holds no rows of numbers."""
+def read(path: Path, wanted: Wanted, stream: str | None = None) -> FileContents:
+    """Return the wanted columns of a text log; InputError for a file that is no text, or holds no rows of numbers.
+
+    stream : the word of the magnetometer's lines, where a word of each line tells its sensor.
+    """
     text = text_of(path)
     if not is_text(b"".join(text.head())):
         raise InputError("is not a text table", where=str(path), do=CONVERT)
-    return _read_table(path, text, wanted)
+    lines = _lines(text)
+    dialect = dialect_of(lines, b'"' in text.data)
+    tagged = tagged_lines(lines[:MOST_LINES], dialect)
+    with table_errors_about(path):
+        if tagged is not None and (stream or not _is_plain(tagged)):
+            return SensorLog(path, text, tagged, dialect).contents(stream)
+        return _read_table(path, text, lines, dialect, wanted)
+
+
+def _is_plain(tagged: TaggedLines) -> bool:
+    """Return whether words in the lines are a column of a table with a header, and no names of sensors."""
+    return tagged.is_table or (bool(tagged.headers.get("")) and tagged.magnetometer is None)
 
 
 def is_table(head: bytes) -> bool:
@@ -37,14 +53,11 @@ def is_table(head: bytes) -> bool:
     return layout is not None and layout.rows > 1
 
 
-def _read_table(path: Path, text: EncodedText, wanted: Wanted) -> FileContents:
+def _read_table(path: Path, text: EncodedText, lines: Sequence[str], dialect: Dialect, wanted: Wanted) -> FileContents:
     """Return the wanted columns of a table with one row a line."""
-    lines = _lines(text)
-    dialect = dialect_of(lines, b'"' in text.data)
     layout = _layout(path, lines, dialect)
     start = sum(map(len, text.head()[: layout.first]))
-    with table_errors_about(path):
-        return TableBody(path, memoryview(text.data)[start:], layout, dialect).contents(wanted, text)
+    return TableBody(path, memoryview(text.data)[start:], layout, dialect).contents(wanted, text)
 
 
 def _lines(text: EncodedText) -> list[str]:

@@ -1,0 +1,65 @@
+"""The words by which lines of a log name their sensor, and the columns that such lines hold."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+KINDS = {
+    "mag": r"mag|compass|^m$|^b$|hmc5|qmc5|lis[23]m|ak8|ak09|bmm|rm3100|mmc5|mlx9|ist83",
+    "accel": r"acc|^a$",
+    "gyro": r"gyr|^g$|^w$",
+}
+"""Sensors by what occurs in the letters of a word."""
+BEST = r"raw|uncal"
+"""What a word of values without the instrument's own calibration contains."""
+NINE = ("raw", "uni")
+"""MotionCal's lines: accelerometer, gyro and magnetometer, each x, y, z; in counts, and in units."""
+COUNTS = {"accel": (1 / 8192, "g"), "gyro": (1 / 16, "deg/s"), "mag": (0.1, "uT")}
+"""MotionCal's counts: value of a count, and its unit."""
+AXES = ("x", "y", "z")
+
+
+def letters(word: str) -> str:
+    """Return a word's letters and digits, in lower case."""
+    return re.sub(r"[^a-z0-9]", "", word.lower())
+
+
+def kind_of(word: str) -> str | None:
+    """Return the sensor that a word names."""
+    bare = letters(word)
+    return next((kind for kind, pattern in KINDS.items() if re.search(pattern, bare)), None)
+
+
+def is_nine(word: str, values: int) -> bool:
+    """Return whether lines of this word and number of values are MotionCal's."""
+    return letters(word) in NINE and values == len(NINE_NAMES)
+
+
+NINE_NAMES = tuple(f"{kind}_{axis}" for kind in ("accel", "gyro", "mag") for axis in AXES)
+
+
+def magnetometer_among(words: dict[str, int]) -> str | None:
+    """Return the word of the magnetometer's lines, uncalibrated values first; `words` gives the values of each."""
+    found = [word for word, values in words.items() if kind_of(word) == "mag" or is_nine(word, values)]
+    return min(found, key=lambda word: not re.search(BEST, letters(word)), default=None)
+
+
+def prefix(word: str) -> str:
+    """Return the first part of the names of a sensor's columns."""
+    return kind_of(word) or letters(word) or "value"
+
+
+def names_of(word: str, given: Sequence[str], values: int, timed: bool) -> list[str]:
+    """Return the names of the values in lines of a word: as given, else `mag_x` and so on after a time.
+
+    given : names from a header, empty where there is none; a single letter gets the sensor's name before it.
+    timed : whether the first value is a time.
+    """
+    if is_nine(word, values):
+        return [f"{letters(word)}_{name}" for name in NINE_NAMES]
+    if given:
+        return [f"{prefix(word)}_{name.lower()}" if name.lower() in AXES else name for name in given]
+    rest = values - timed
+    parts = AXES if rest == len(AXES) else [str(k) for k in range(1, rest + 1)]
+    return [*(["time"] if timed else []), *(f"{prefix(word)}_{part}" for part in parts)]
