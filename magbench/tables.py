@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
+
+from calib.models.scalar_terms import NAMES
 from calib.result import Calibration
 from magbench.console import show_table, show_text
 from reports.pages.comparison import Comparison, point_title
@@ -13,7 +16,7 @@ from reports.text.outcome import headline
 from validation.comparison.ranking import uncorrected_row
 from validation.scoring.definitions import SCORE_DEFINITIONS
 from validation.scoring.outcome import Outcome
-from validation.text import short, symbol
+from validation.text import figure, short, symbol
 
 COLUMNS = (
     "holdout_level_component_rms",
@@ -77,6 +80,21 @@ def show_calibrations(calibrations: Mapping[str, Calibration]) -> None:
             matrix = "; ".join(" ".join(f"{v:.5f}" for v in row) for row in c.matrix)
         rows.append([name, c.status.kind, offset, matrix, c.status.reason])
     show_table("calibrations", ["calibrator", "status", "offset, nT", "matrix", "reason"], rows)
+    for name, c in calibrations.items():
+        if c.corrects_scalar:
+            title = f"{name}: the vehicle's field at the scalar magnetometer"
+            show_table(title, ["term", "value", "standard deviation", "unit"], scalar_term_rows(c))
+
+
+def scalar_term_rows(fit: Calibration) -> list[list[str]]:
+    """A row a Tolles-Lawson term, with its standard deviation, and the strength's rms before and after."""
+    std = {} if fit.covariance is None else dict(zip(fit.covariance_names, np.diag(fit.covariance) ** 0.5, strict=True))
+    units = {"nT": "nT", "s": "s"}
+    known = [name for name in NAMES if name in fit.parameters]
+    cells = [(name, fit.parameters[name], std.get(name), units.get(name.split("_")[-1], "")) for name in known]
+    rows = [[name, figure(value), "-" if wide is None else figure(wide), unit] for name, value, wide, unit in cells]
+    rms = (("raw_rms_nT", "held-out strength, raw"), ("held_out_rms_nT", "held-out strength, compensated"))
+    return rows + [[words, figure(fit.parameters[key]), "", "nT"] for key, words in rms if key in fit.parameters]
 
 
 def show_answer(found: PresentedDiagnosis | PresentedPool) -> None:

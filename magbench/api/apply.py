@@ -30,17 +30,19 @@ def apply(
 ) -> NDArray[np.float64]:
     """The field (n, 3) in nT, body frame, of a recording after correction; data as in `calibrate`.
 
+    Of tolles_lawson the scalar magnetometer's strength (n,) without the vehicle's field.
+
     Raises InputError for a calibration without an estimate, and for rows that it cannot correct.
     """
     from calib.result import Calibration
-    from validation.calibrating.correction import corrected_field
+    from validation.calibrating.correction import corrected
 
     if not isinstance(calibration, Calibration):
         do = "pass one that magbench.calibrate returned; of several, one by its name"
         raise InputError(f"is of type {type(calibration).__name__}", where="calibration", do=do)
     read = reading_from(data, maps, reading)
     recording = recording_from(data, time_s=time_s, reading=read, run=run)
-    return corrected_field(calibration, recording, calibration.name)
+    return corrected(calibration, recording, calibration.name)
 
 
 @in_keywords()

@@ -80,7 +80,9 @@ class CalibrationResult(Calibration, Displayed):
         """Raw and corrected field against the sphere of the field's strength."""
         from reports.plots.field import draw_clouds
 
-        clouds = {"raw": self.recording.mag_nT, f"corrected: {self.name}": self.corrected_nT}
+        clouds = {"raw": self.recording.mag_nT}
+        if self.has_estimate:
+            clouds[f"corrected: {self.name}"] = self.corrected_nT
         return draw_clouds(clouds, self.reference.strength_nT)
 
 

@@ -27,6 +27,8 @@ def command(
 ) -> None:
     """Correct a recording with an earlier calibration; the magnetometer's columns are replaced.
 
+    Of tolles_lawson the column scalar_nT is replaced.
+
     Example: magbench apply out/calibration.json survey.csv --with ellipsoid -o corrected.parquet
     """
     from magbench.api.apply import apply_file
@@ -34,6 +36,6 @@ def command(
 
     done = apply_file(calibration, data, out, name=with_, run=run, reading=reading)
     warn(done["warning"])
-    say(f"{out}: {done['samples']} samples corrected with {done['calibrator']}")
+    say(f"{out}: {done['samples']} samples of {done['corrected']} corrected with {done['calibrator']}")
     if json:
         emit(done | {"out": str(out)})

@@ -12,12 +12,13 @@ import numpy as np
 
 import calib
 from calib import Calibration
+from calib.models.scalar_terms import CHANNEL
 from recordings import read_recording, write_recording
 from recordings.files import system_errors_about, write_text
 from recordings.reading import Reading
 from scenarios.errors import InputError
 from scenarios.files import parsed_json, read_text
-from validation.calibrating.correction import corrected_field
+from validation.calibrating.correction import corrected
 from validation.calibrating.export import FORMATS, exported
 from validation.calibrating.fitting import sensor_recordings
 
@@ -97,9 +98,10 @@ def apply_file(
 ) -> dict[str, Any]:
     """Correct a recording with a calibration of a file and write the result to `out`, .parquet or .csv.
 
-    name : the calibration, by default the first; for an array each sensor uses its calibration `name@1` ... Returns
-    `calibrator`, `samples`, and a `warning` where the status of a calibration is not ok. Raises InputError for unusable
-    files, an unknown name, a calibration without an estimate, and an `out` that would replace an input.
+    name : the calibration, by default the first; for an array each sensor uses its calibration `name@1` ... A fit of
+    a scalar magnetometer's terms corrects the channel scalar_nT in place of the field. Returns `calibrator`, `samples`,
+    `corrected` (mag or scalar_nT), and a `warning` where the status of a calibration is not ok. Raises InputError for
+    unusable files, an unknown name, a calibration without an estimate, and an `out` that would replace an input.
     """
     _check_kept(out, (calibration, data))
     known = read_calibrations(calibration)
@@ -107,11 +109,16 @@ def apply_file(
     chosen = name or next(iter(known)).split("@")[0]
     parts = sensor_recordings(recording, chosen)
     used = {key: _named(known, key, calibration) for key in parts}
-    fields = [corrected_field(used[key], part, f"{calibration}: {key}") for key, part in parts.items()]
-    array = None if recording.array_mag_nT is None else np.stack(fields)
-    write_recording(replace(recording, mag_nT=fields[0], array_mag_nT=array), out)
+    found = [corrected(used[key], part, f"{calibration}: {key}") for key, part in parts.items()]
+    scalar = next(iter(used.values())).corrects_scalar
+    if scalar:
+        write_recording(replace(recording, channels={**recording.channels, CHANNEL: found[0]}), out)
+    else:
+        array = None if recording.array_mag_nT is None else np.stack(found)
+        write_recording(replace(recording, mag_nT=found[0], array_mag_nT=array), out)
     doubts = [f"{key} is {_called(c)}: {c.status.reason}" for key, c in used.items() if c.status.kind != "ok"]
-    return {"calibrator": chosen, "samples": len(recording), "warning": "; ".join(doubts)}
+    what = CHANNEL if scalar else "mag"
+    return {"calibrator": chosen, "samples": len(recording), "corrected": what, "warning": "; ".join(doubts)}
 
 
 def _called(calibration: Calibration) -> str:

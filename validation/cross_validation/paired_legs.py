@@ -7,14 +7,13 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
-from scipy.stats import t as student
 
+from calib.numerics.paired import counted, mean_interval
 from scenarios.arrays import Array
 from validation.cross_validation.legs import LEAST_LEGS, LegPartition
 from validation.cross_validation.models import Model
 
 Verdict = Literal["worth_it", "as_well", "worse", "cannot_tell"]
-SURE = 0.95
 ROUNDING = 1e-9
 """Least error over the field; smaller errors are rounding."""
 SAME = 0.05
@@ -68,19 +67,13 @@ class ModelPair:
 
     @cached_property
     def counted(self) -> float:
-        """Return the effective number of legs, ``n (1 - r) / (1 + r)`` with r >= 0 the correlation of neighbours."""
-        count = len(self.gain_nT)
-        worst = max(_neighbours(self.gain_nT[:, None]), _neighbours(self.richer.mean_nT)) - 1.0 / np.sqrt(count)
-        return float(count * (1.0 - max(0.0, worst)) / (1.0 + max(0.0, worst)))
+        """Return the effective number of legs, less for correlated neighbours, in the gain and the mean errors."""
+        return counted(self.gain_nT[:, None], self.richer.mean_nT)
 
     @cached_property
     def interval_nT(self) -> tuple[float, float]:
         """Return the 95 % interval of the gain; infinite for too few legs."""
-        if len(self.gain_nT) < LEAST_LEGS or self.counted < 2.0:
-            return -np.inf, np.inf
-        std = float(self.gain_nT.std(ddof=1)) / np.sqrt(self.counted)
-        reach = float(student.ppf(0.5 + SURE / 2.0, self.counted - 1.0)) * std
-        return self.better_nT - reach, self.better_nT + reach
+        return mean_interval(self.gain_nT, self.counted if len(self.gain_nT) >= LEAST_LEGS else 0.0)
 
     @property
     def kept(self) -> HeldOutErrors:
@@ -96,10 +89,3 @@ class ModelPair:
         if high < 0:
             return "worse"
         return "as_well" if max(-low, high) <= SAME * self.simpler.typical_nT else "cannot_tell"
-
-
-def _neighbours(values: Array) -> float:
-    """Return the correlation of neighbours in values (n, k)."""
-    off = values - values.mean(axis=0)
-    total = float(np.sum(off**2))
-    return float(np.sum(off[1:] * off[:-1])) / total if total > 0 else 0.0

@@ -91,3 +91,24 @@ def test_an_estimate_that_is_not_ok_is_applied_with_a_warning_and_none_is_refuse
     with pytest.raises(InputError, match="gave no calibration: flat"):
         apply_file(tmp_path / "none" / "calibration.json", measured, tmp_path / "p.csv")
     assert not (tmp_path / "p.csv").exists()
+
+
+def test_a_scalar_magnetometers_terms_correct_its_channel_alone(tmp_path: Path) -> None:
+    """A permanent field along body x, measured at 10 Hz in a slow turn about z that nods."""
+    time_s = np.arange(600) / 10.0
+    level, nod = np.column_stack([np.cos(0.3 * time_s), np.sin(0.3 * time_s)]), 0.2 * np.sin(0.1 * time_s)
+    mag_nT = 3e4 * np.column_stack([np.cos(nod)[:, None] * level, np.sin(nod)])
+    scalar_nT = 3e4 + 20.0 * np.cos(nod) * np.cos(0.3 * time_s)
+    log, out = tmp_path / "log.parquet", tmp_path / "o.parquet"
+    write_recording(Recording(time_s, mag_nT, channels={"scalar_nT": scalar_nT}), log)
+    told = {"permanent_x_nT": 20.0, "reference_nT": 3e4, "band_low_hz": 0.01, "band_high_hz": 0.9}
+    fit = Calibration(name="tolles_lawson", status=Status("ok"), parameters=told)
+    write_calibrations({"tolles_lawson": fit}, tmp_path)
+    done = apply_file(tmp_path / "calibration.json", log, out)
+    assert done["corrected"] == "scalar_nT"
+    found = read_recording(out)
+    np.testing.assert_allclose(found.channels["scalar_nT"], 3e4, atol=0.05)
+    np.testing.assert_array_equal(found.mag_nT, mag_nT)
+    write_recording(Recording(time_s, mag_nT), log)
+    with pytest.raises(InputError, match="the recording has none"):
+        apply_file(tmp_path / "calibration.json", log, out)
