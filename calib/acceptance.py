@@ -47,6 +47,12 @@ def residual_of(fit: Calibration, recording: Recording, reference: Reference, *,
     return in_time(recording, np.asarray(residual))
 
 
+def measured(recording: Recording) -> Recording:
+    """The recording without rows whose measurement is missing."""
+    missing = np.isnan(recording.mag_nT[:, 0])
+    return recording.taken(~missing) if missing.any() else recording
+
+
 def in_time(recording: Recording, values: Array) -> Array:
     """Values (n, ...) of the recording's samples in order of time."""
     late = recording.time_s[1:] < recording.time_s[:-1]

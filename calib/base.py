@@ -10,11 +10,22 @@ from typing import Any, ClassVar, final
 
 import numpy as np
 
-from calib.acceptance import Extents, extents, flat_status, own_reference, planar, residual_of, unsupported, widened
+from calib.acceptance import (
+    Extents,
+    extents,
+    flat_status,
+    measured,
+    own_reference,
+    planar,
+    residual_of,
+    unsupported,
+    widened,
+)
 from calib.numerics.rates import world_to_body
 from calib.observability import motion_status
 from calib.reference import Reference
 from calib.result import Calibration, Status
+from calib.robust import without_wild
 from calib.scale import field_factor, in_unit_of, magnified
 from calib.settings import NotNegative, check
 from recordings import Recording
@@ -52,12 +63,14 @@ class Calibrator(ABC):
     NEEDS), `min_samples`, `sequential` (the order of the samples matters; the base leaves the claimed covariance
     unchanged), `whole_array` (takes all sensors of an array at once), `triangular` (the corrected field is in the frame
     of sensor 1, whose matrix is upper triangular), `one_axis` (made for a turn about one axis, with measurements in a
-    plane), `own_judgement` (the method's own status and covariance are final), `eddy` (B is fitted too; a fact of the
-    class or a hyperparameter). The bound follows the fitted parameters.
+    plane), `own_judgement` (the method's own status and covariance are final), `carries` (the gyro links the samples: a
+    measurement left out is NaN in `_solve`, and the sample's other columns are kept), `eddy` (B is fitted too; a fact
+    of the class or a hyperparameter). The bound follows the fitted parameters.
 
     The base class checks the input, the excitation, the computation and the result (`calib.acceptance`). A fitted
     parameter `noise_std_nT`, the noise of a measured component, distinguishes motion from noise. `attitude_std_rad`:
     the attitude's error; where the attitude is used, motion smaller than five times the error is no excitation.
+    `robust`: wild values, single samples that stand out from their neighbours, are left out (`calib.robust`).
     """
 
     name: ClassVar[str]
@@ -69,7 +82,9 @@ class Calibrator(ABC):
     triangular: ClassVar[bool] = False
     one_axis: ClassVar[bool] = False
     own_judgement: ClassVar[bool] = False
+    carries: ClassVar[bool] = False
     attitude_std_rad: NotNegative = field(default=ATTITUDE_STD_RAD, kw_only=True)
+    robust: bool = field(default=True, kw_only=True)
 
     def __post_init__(self) -> None:
         """Raise InputError for a hyperparameter outside the values of the type."""
@@ -86,7 +101,7 @@ class Calibrator(ABC):
         status = self._usable(recording, reference)
         if status is not None:
             return self._failed(status)
-        result = self._guarded(recording, reference, rng or np.random.default_rng(0))
+        result = self._robust(recording, reference, rng or np.random.default_rng(0))
         return replace(result, name=self.name, wall_s=time.perf_counter() - start)
 
     @final
@@ -112,6 +127,17 @@ class Calibrator(ABC):
     def _failed(self, status: Status, history: tuple[float, ...] = ()) -> Calibration:
         return Calibration(name=self.name, status=status, history=history)
 
+    def _robust(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration:
+        """The method's result, wild values left out, see `calib.robust`."""
+
+        def fit(part: Recording) -> Calibration:
+            return self._guarded(part, reference, rng)
+
+        result = fit(recording)
+        if not self.robust or "scalar" in self.needs:
+            return result
+        return without_wild(result, recording, reference, fit, vector=self._fits_vector, carries=self.carries)
+
     def _guarded(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration:
         """The method's result after all checks; not converged after a numerical failure.
 
@@ -119,12 +145,13 @@ class Calibrator(ABC):
         """
         try:
             with np.errstate(divide="raise", invalid="raise", over="raise"):
-                factor = self._factor(recording, reference)
-                sized = read_only(magnified(recording, factor))
-                sensors = extents(sized) if self._fits_strength else ()
-                unexcited = self._unexcited(sized, reference, sensors)
-                solved = unexcited or self._solve(sized, reference, rng)
-                return in_unit_of(self._checked(solved, sized, reference, sensors), factor)
+                seen = measured(recording) if self.carries else recording
+                factor = self._factor(seen, reference)
+                whole, seen = (read_only(magnified(part, factor)) for part in (recording, seen))
+                sensors = extents(seen) if self._fits_strength else ()
+                unexcited = self._unexcited(seen, reference, sensors)
+                solved = unexcited or self._solve(whole, reference, rng)
+                return in_unit_of(self._checked(solved, seen, reference, sensors), factor)
         except (ArithmeticError, np.linalg.LinAlgError) as error:
             return self._failed(Status("not_converged", f"the computation broke down: {error}"))
 

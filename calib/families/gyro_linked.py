@@ -7,8 +7,9 @@ from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
-from calib.acceptance import residual_of, widened
+from calib.acceptance import measured, residual_of, widened
 from calib.base import Calibrator
 from calib.models.chained import Chained, Linear
 from calib.models.ellipsoid import FULL_SLOTS, SYMMETRIC_NAMES, SYMMETRIC_SLOTS, UPPER
@@ -59,6 +60,7 @@ class GyroLinked(Calibrator):
 
     min_samples: ClassVar[int] = 30
     sequential: ClassVar[bool] = True
+    carries: ClassVar[bool] = True
     iterations: Count = 40
     rounds: Count = 10
     tolerance: Positive = 0.01
@@ -77,9 +79,10 @@ class GyroLinked(Calibrator):
         )
         status = replace(status, reason=status.reason or _caveat(fit.found))
         found = self._calibration(fit, status, reference)
-        residual_nT = residual_of(found, recording, reference, vector=False)
-        response = self._response(fit, reference.strength_nT)
-        return widened(found, residual_nT, recording, reference, vector=False, response=response)
+        seen = measured(recording)
+        residual_nT = residual_of(found, seen, reference, vector=False)
+        response = self._response(fit, reference.strength_nT).without(link.absent)
+        return widened(found, residual_nT, seen, reference, vector=False, response=response)
 
     @property
     @abstractmethod
@@ -94,11 +97,12 @@ class GyroLinked(Calibrator):
         """The recording in order of time, with the noises that it shows by itself."""
         assert recording.gyro_rad_s is not None
         order = np.argsort(recording.time_s, kind="stable")
-        x, rate_rad_s = recording.mag_nT[order] / strength_nT, recording.gyro_rad_s[order]
+        x, absent = bridged(recording.mag_nT[order] / strength_nT)
+        rate_rad_s = recording.gyro_rad_s[order]
         noise = max(rms(white_noise_std(x)), LEAST_NOISE)
         gyro_rad_s = self.gyro_std_rad_s or max(rms(white_noise_std(rate_rad_s)), LEAST_GYRO_RAD_S)
         slots, step_s = SYMMETRIC_SLOTS if self.aligned else FULL_SLOTS, steps(recording.time_s[order])
-        return LinkedSamples(x, mean_rates(rate_rad_s, step_s), step_s, slots, gyro_rad_s / noise)
+        return LinkedSamples(x, mean_rates(rate_rad_s, step_s), step_s, slots, gyro_rad_s / noise, absent)
 
     def _first(self, link: LinkedSamples) -> Minimum[Linear[LinkedEstimate]]:
         """The best minimum of the starts, tried in order of cost until the first that settles."""
@@ -155,6 +159,17 @@ class GyroLinked(Calibrator):
             covariance_names=names,
             history=fit.history,
         )
+
+
+def bridged(x: Array) -> tuple[Array, NDArray[np.intp]]:
+    """Measurements x (n, 3) with missing rows (NaN) interpolated, and the indices of these rows."""
+    missing = np.isnan(x[:, 0])
+    absent = np.flatnonzero(missing)
+    if not len(absent):
+        return x, absent
+    seen = np.flatnonzero(~missing)
+    filled = [np.interp(np.arange(len(x)), seen, column[seen]) for column in x.T]
+    return np.column_stack(filled), absent
 
 
 def rms(std: Array) -> float:

@@ -130,7 +130,7 @@ class Piece:
 
 def _piece(recording: Recording, reference: Reference, first: int, last: int) -> Piece:
     part = Recording(recording.time_s[first:last], recording.mag_nT[first:last])
-    return Piece(first, last, EllipsoidCalibrator().fit(part, reference))
+    return Piece(first, last, EllipsoidCalibrator(robust=False).fit(part, reference))
 
 
 def _fitted(recording: Recording, reference: Reference, starts: list[int]) -> list[Piece]:

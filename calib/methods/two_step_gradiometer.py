@@ -43,7 +43,7 @@ def two_steps(recording: Recording, reference: Reference) -> ArrayEstimate:
     """Parameters of the array by the two steps, or the status of the sensor whose ellipsoid fails."""
     assert recording.array_mag_nT is not None
     count = len(recording.array_mag_nT)
-    single = [EllipsoidCalibrator().fit(recording.sensor(i), reference) for i in range(count)]
+    single = [EllipsoidCalibrator(robust=False).fit(recording.sensor(i), reference) for i in range(count)]
     for i, fit in enumerate(single):
         if fit.covariance is None or fit.status.kind == "not_applicable":
             return ArrayEstimate(

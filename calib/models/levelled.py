@@ -118,7 +118,7 @@ class Levelled(Chained[Attitudes]):
         J[:, 3:, first + 1] = over * e.up
         J[:, 3:, first + 2 : first + BESIDE] = over * np.eye(3)
         J[:, 3:, -1] = over * (e.forces() - self.accel_m_s2)
-        return M, J
+        return self.link.seen(M, J)
 
     def linked(self, e: Attitudes) -> tuple[Array, Array]:
         """Attitude to attitude: d / d bias = dt R_half, to second order in the step's rotation."""

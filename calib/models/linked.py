@@ -8,9 +8,10 @@ units of n's. Parameters p = (c, G, beta): (3 + entries of G + 3,).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from calib.models.chained import BIAS, LOOSE, Chained, Linear, stepped
 from scenarios.arrays import Array
@@ -52,7 +53,8 @@ class LinkedEstimate:
 class LinkedSamples(Chained[LinkedEstimate]):
     """Measurements x (n, 3), mean rates (n - 1, 3) and lengths (n - 1,), s, of the steps; 0 s for one without a gyro.
 
-    slots (k, 3, 3): dG / d each of its parameters. ratio: the gyro's noise, rad/s, over that of x.
+    slots (k, 3, 3): dG / d each of its parameters. ratio: the gyro's noise, rad/s, over that of x. absent: samples
+    whose x is no measurement, only a start for the direction.
     """
 
     x: Array
@@ -60,6 +62,7 @@ class LinkedSamples(Chained[LinkedEstimate]):
     step_s: Array
     slots: Array
     ratio: float
+    absent: NDArray[np.intp] = field(default_factory=lambda: np.zeros(0, np.intp))
 
     @property
     def count(self) -> int:
@@ -74,7 +77,7 @@ class LinkedSamples(Chained[LinkedEstimate]):
     @property
     def free(self) -> int:
         """Degrees of freedom: measured values minus fitted values."""
-        return len(self.x) + 2 * self.links - self.count
+        return len(self.x) - 3 * len(self.absent) + 2 * self.links - self.count
 
     def with_ratio(self, ratio: float) -> LinkedSamples:
         """The samples with a different noise ratio of the gyro."""
@@ -88,6 +91,11 @@ class LinkedSamples(Chained[LinkedEstimate]):
     def measured(self, e: LinkedEstimate) -> tuple[Array, Array]:
         """Two coordinates across each direction; what G makes of it."""
         M, J = _measured(self.x, e.directions, tangents(e.directions), e.centre, e.root, self.slots)
+        return self.seen(M, J)
+
+    def seen(self, M: Array, J: Array) -> tuple[Array, Array]:
+        """M (n, r, m) and J (n, r, k + 1), zero for absent measurements of the magnetometer, the first three rows."""
+        M[self.absent, :3], J[self.absent, :3] = 0.0, 0.0
         return M, J
 
     def linked(self, e: LinkedEstimate) -> tuple[Array, Array]:
@@ -194,6 +202,24 @@ def _turned(u: Array, across: Array, rate: Array, step_s: Array, columns: int) -
                     drawn = R[a, 0] * across[i, 0, b] + R[a, 1] * across[i, 1, b] + R[a, 2] * across[i, 2, b]
                     turn[i, q, b] += across[i + 1, a, q] * drawn
     return turn, B
+
+
+@njit(cache=True)
+def unturned(vectors: Array, rate: Array, step_s: Array) -> Array:
+    """Vectors (n, 3) in the first one's frame: Q_i v_i, Q_i the product of exp([rate dt]x) of the steps before i."""
+    n = len(vectors)
+    out = np.empty((n, 3))
+    Q, turn, next_Q = np.eye(3), np.empty((3, 3)), np.empty((3, 3))
+    for i in range(n):
+        for a in range(3):
+            out[i, a] = Q[a, 0] * vectors[i, 0] + Q[a, 1] * vectors[i, 1] + Q[a, 2] * vectors[i, 2]
+        if i < n - 1:
+            _rotation(rate[i], step_s[i], turn)
+            for a in range(3):
+                for b in range(3):
+                    next_Q[a, b] = Q[a, 0] * turn[0, b] + Q[a, 1] * turn[1, b] + Q[a, 2] * turn[2, b]
+            Q, next_Q = next_Q, Q
+    return out
 
 
 @njit(cache=True)

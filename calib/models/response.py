@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from calib.models.ellipsoid import SYMMETRIC_NAMES, UPPER
 from calib.numerics.points import lengths
@@ -18,6 +19,10 @@ class Response:
 
     K: Array
     names: tuple[str, ...]
+
+    def without(self, absent: NDArray[np.intp]) -> Response:
+        """The response without the samples of some indices."""
+        return Response(np.delete(self.K, absent, axis=0), self.names) if len(absent) else self
 
 
 def strength_rows(fit: Calibration, field_nT: Array, strength_nT: float) -> tuple[Array, Array]:

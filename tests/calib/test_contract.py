@@ -127,6 +127,14 @@ def test_order_of_samples_does_not_matter(name, standard):
 
 
 @ALL
+def test_a_log_without_wild_values_is_fitted_as_if_none_were_looked_for(name, standard):
+    recording, one = usual(name, standard)
+    plain = replace(get(name), robust=False)
+    other = plain.fit(with_all(recording, name, standard), standard.REFERENCE, np.random.default_rng(0))
+    assert to_json(replace(other, wall_s=0.0)) == to_json(replace(one, wall_s=0.0))
+
+
+@ALL
 def test_same_seed_same_bytes_and_the_recording_is_never_modified(name, standard):
     recording, one = usual(name, standard)
     before = {f.name: np.copy(v) for f in fields(recording) if isinstance(v := getattr(recording, f.name), np.ndarray)}
