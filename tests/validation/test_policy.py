@@ -25,7 +25,7 @@ GUARDS = {
     "lattice.py": {"SINGLE_PRECISION", "GROUP", "SAME_DISTANCE", "MOST_DIFFERENCES", "GCD_TOLERANCES"},
     "log.py": {"LATEST_S"},
     "neighbours.py": {"PLACES", "MOST_SAMPLES"},
-    "offset_steps.py": {"NORMAL_90", "SIDE"},
+    "offset_steps.py": {"LARGE", "NORMAL_90", "NORMAL_HALF", "SIDE"},
     "quaternion_conventions.py": {"BASELINE_S", "FINE_LAG"},
     "sentinel.py": {"MOST"},
     "spectra.py": {"MOST_LISTED"},

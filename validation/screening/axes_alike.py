@@ -16,32 +16,35 @@ from validation.text import figure, listed
 
 def alike(recording: Recording) -> list[Fault]:
     """Return pairs of axes that differ by a constant and noise only; the sign may be opposite."""
-    mag_nT = recording.mag_nT
+    mag_nT, found = recording.mag_nT, []
     if len(mag_nT) < POLICY.least_rows:
         return []
-    noise, spread = white_noise_std(mag_nT), mag_nT.std(axis=0)
-    found = []
     for one, other in combinations(range(3), 2):
-        rest = min(float(np.std(mag_nT[:, one] - sign * mag_nT[:, other])) for sign in (1, -1))
-        floor = float(np.hypot(noise[one], noise[other]))
-        small = rest < POLICY.alike_noise * floor or rest < POLICY.alike_share * spread[one]
-        if small and spread[one] > POLICY.alike_motion * max(rest, 1e-300):
+        x, y = mag_nT[:, one], mag_nT[:, other]
+        rest, spread = min(float(np.std(x - y)), float(np.std(x + y))), float(np.std(x))
+        if spread > POLICY.alike_motion * max(rest, 1e-300) and _as_noise(mag_nT[:, [one, other]], rest, spread):
             text = f"axes {AXES[one]} and {AXES[other]} measure the same: check columns and wiring"
             found.append(Fault("alike", text, np.zeros(len(mag_nT), np.bool_), "none", doubtful=True))
     return found
 
 
+def _as_noise(pair: Array, rest: float, spread: float) -> bool:
+    """Return whether the difference of two axes (n, 2) is their noise, or nothing."""
+    floor = float(np.hypot(*white_noise_std(pair)))
+    return rest < POLICY.alike_noise * floor or rest < POLICY.alike_share * spread
+
+
 def unwired(recording: Recording) -> list[Fault]:
     """Return an axis of noise only while the other two move off the ellipse of a level turn."""
-    mag_nT = recording.mag_nT
+    mag_nT, found = recording.mag_nT, []
     if len(mag_nT) < POLICY.least_rows:
         return []
-    noise, spread = white_noise_std(mag_nT), mag_nT.std(axis=0)
-    found = []
+    spread = mag_nT.std(axis=0)
     for axis in range(3):
-        others = np.delete(mag_nT, axis, axis=1)
-        still = spread[axis] < POLICY.unwired_noise * noise[axis]
-        if still and POLICY.unwired_motion * spread[axis] < others.std(axis=0).min() and not _on_ellipse(others):
+        if POLICY.unwired_motion * spread[axis] >= np.delete(spread, axis).min():
+            continue
+        noise = float(white_noise_std(mag_nT[:, [axis]])[0])
+        if spread[axis] < POLICY.unwired_noise * noise and not _on_ellipse(np.delete(mag_nT, axis, axis=1)):
             text = f"axis {AXES[axis]} shows only noise, {figure(float(spread[axis]))} nT rms, while "
             text += f"{listed([name for name in AXES if name != AXES[axis]])} move: check the wiring"
             found.append(Fault("unwired", text, np.zeros(len(mag_nT), np.bool_), "none", doubtful=True))

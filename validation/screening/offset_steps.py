@@ -12,6 +12,10 @@ from validation.screening.fault import AXES, Fault
 from validation.signals.intervals import gaps_after
 from validation.text import counted, duration, figure
 
+NORMAL_HALF = 0.6745
+"""The median of |x| of a standard normal x."""
+LARGE = 10_000
+"""Samples that suffice for the median of an axis."""
 NORMAL_90 = 1.645
 """The quantile of |x| of a standard normal x that nine tenths are below."""
 SIDE = 4
@@ -67,7 +71,11 @@ def _fitted(column: Array) -> Array:
 def _steps(column: Array, gaps: NDArray[np.intp]) -> list[tuple[int, float]]:
     """Return the samples before a step, and the heights: what is left after the step is taken out is ordinary."""
     fitted = _fitted(column)
-    limit = POLICY.step_sigma * _local_scale(np.abs(fitted))
+    size = np.abs(fitted)
+    part = size[:: max(1, len(size) // LARGE)]
+    if size.max() <= POLICY.step_sigma * np.median(part) / NORMAL_HALF:
+        return []
+    limit = POLICY.step_sigma * _local_scale(size)
     found: list[tuple[int, float]] = []
     near_gap = np.zeros(len(fitted), np.bool_)
     near_gap[np.clip(gaps[:, None] - np.arange(2 * SIDE - 1), 0, len(fitted) - 1).ravel()] = True
@@ -87,4 +95,4 @@ def _local_scale(size: Array) -> Array:
     width = min(len(size), 2 * POLICY.few_samples)
     blocks = np.array_split(size, max(1, len(size) // width))
     local = np.repeat([np.quantile(block, 0.9) / NORMAL_90 for block in blocks], [len(block) for block in blocks])
-    return np.asarray(np.maximum(local, np.median(size) / 0.6745))
+    return np.asarray(np.maximum(local, np.median(size) / NORMAL_HALF))

@@ -32,29 +32,32 @@ def sentinels(recording: Recording) -> list[Fault]:
 
 
 def _isolated(column: Array) -> list[float]:
-    """Return the sentinels among the values of an axis (n,)."""
+    """Return the sentinels among the values of an axis (n,): one end of the range after the other."""
     found: list[float] = []
-    distinct, count = np.unique(column, return_counts=True)
-    step = np.abs(np.diff(column))
-    usual = float(np.median(step[step > 0])) if step.any() else 0.0
-    while len(found) < MOST and len(distinct) > POLICY.least_codes:
-        span = distinct[-2] - distinct[1]
-        ends = (
-            (distinct[-1], distinct[-1] - distinct[-2], count[-1]),
-            (distinct[0], distinct[1] - distinct[0], count[0]),
-        )
-        value, gap, often = max(ends, key=lambda end: end[1])
-        if not _stands_for_nothing(float(value), float(gap / span) if span else 0.0, float(gap), int(often), usual):
+    rest = column
+    while len(found) < MOST and len(rest) > POLICY.least_codes:
+        high, low = _end(rest), _end(-rest)
+        value, gap, often = max((high, (-low[0], *low[1:])), key=lambda end: end[1])
+        span = float(np.ptp(rest)) - gap
+        if gap < POLICY.sentinel_gap * span or not _stands_for_nothing(value, gap, often, column):
             break
-        found.append(float(value))
-        keep = distinct != value
-        distinct, count = distinct[keep], count[keep]
+        found.append(value)
+        rest = rest[rest != value]
     return found
 
 
-def _stands_for_nothing(value: float, share: float, gap: float, often: int, usual: float) -> bool:
-    """Return whether an extreme value is a sentinel, by its distance to the next value: share of the span, and nT."""
-    digits = f"{abs(value):.10g}".replace(".", "").strip("0").removesuffix("e+")
-    if share < POLICY.sentinel_gap:
-        return False
-    return digits in CODES or (often > 1 and gap > POLICY.sentinel_steps * usual)
+def _end(column: Array) -> tuple[float, float, int]:
+    """Return the greatest value of an axis (n,), its distance to the next, and how often it occurs."""
+    value = float(column.max())
+    below = column[column < value]
+    gap = value - float(below.max()) if len(below) else 0.0
+    return value, gap, len(column) - len(below)
+
+
+def _stands_for_nothing(value: float, gap: float, often: int, column: Array) -> bool:
+    """Return whether an extreme value has a known code, or occurs again beyond ten usual steps of its axis (n,)."""
+    digits = f"{abs(value):.10g}".replace(".", "").strip("0")
+    if digits in CODES or often == 1:
+        return digits in CODES
+    step = np.abs(np.diff(column))
+    return bool(gap > POLICY.sentinel_steps * np.median(step[step > 0]))
