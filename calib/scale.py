@@ -84,7 +84,7 @@ def in_unit_of(fit: Calibration, factor: float) -> Calibration:
 
     A fit that finds the field's strength keeps its matrix, of determinant 1, and has the strength in their unit.
     """
-    if factor == 1.0:
+    if factor == 1.0 or not fit.has_estimate:
         return fit
     own = STRENGTH_NAME in fit.parameters
     gain = 1.0 if own else factor
