@@ -10,8 +10,10 @@ from recordings.readers.text.body import TableBody
 from recordings.readers.text.dialect import Dialect, dialect_of, named_delimiter
 from recordings.readers.text.encoding import EncodedText, decoded, is_text, text_of
 from recordings.readers.text.layout import MOST_LINES, TableLayout, UnclearHeader, layout_of
+from recordings.readers.text.prints import print_forms, read_prints
 from recordings.readers.text.rows import table_errors_about
 from recordings.readers.text.several import SensorLog
+from recordings.readers.text.stamped import unstamped
 from recordings.readers.text.tags import TaggedLines, tagged_lines
 from scenarios.errors import InputError
 
@@ -26,10 +28,15 @@ def read(path: Path, wanted: Wanted, stream: str | None = None) -> FileContents:
     text = text_of(path)
     if not is_text(b"".join(text.head())):
         raise InputError("is not a text table", where=str(path), do=CONVERT)
+    quoted = b'"' in text.data
+    text = unstamped(text, _lines(text)[:MOST_LINES], quoted)
     lines = _lines(text)
-    dialect = dialect_of(lines, b'"' in text.data)
+    dialect = dialect_of(lines, quoted)
+    forms = print_forms(lines[:MOST_LINES])
     tagged = tagged_lines(lines[:MOST_LINES], dialect)
     with table_errors_about(path):
+        if forms:
+            return read_prints(text, forms)
         if tagged is not None and (stream or not _is_plain(tagged)):
             return SensorLog(path, text, tagged, dialect).contents(stream)
         return _read_table(path, text, lines, dialect, wanted)
@@ -46,6 +53,8 @@ def is_table(head: bytes) -> bool:
     if not is_text(text.data):
         return False
     lines = _lines(text)
+    if print_forms(lines[:MOST_LINES]):
+        return True
     try:
         layout = layout_of(lines, dialect_of(lines, b'"' in head))
     except UnclearHeader:

@@ -16,8 +16,8 @@ MOST_BEFORE = 2
 LEAST_SHARE = 0.6
 """Share of the lines with numbers that have a word, in a log of lines of several sensors."""
 _WORD = re.compile(r"[$A-Za-z][\w./ -]*")
-COLON = r'^(\s*"?[A-Za-z$][\w./ -]*?"?)\s*:\s*'
-"""A word at the beginning of a line, with a colon."""
+COLON = r'^((?:[^A-Za-z]*[,;|\s])?"?[A-Za-z$][\w./ -]*?"?)\s*:\s*'
+"""The first word of a line, with a colon; times and numbers may stand before."""
 
 
 @dataclass(frozen=True)
