@@ -9,6 +9,7 @@ import pytest
 
 from benchmarks import diagnosing, engines
 from benchmarks.__main__ import PARTS
+from benchmarks.honesty import bench as honesty
 
 SLOW = (engines, diagnosing)
 """Parts that start other processes."""
@@ -16,7 +17,7 @@ SLOW = (engines, diagnosing)
 
 @pytest.mark.parametrize(
     "part",
-    [pytest.param(part, marks=[pytest.mark.slow] * (part in SLOW), id=part.__name__) for part in PARTS],
+    [pytest.param(part, marks=[pytest.mark.slow] * (part in SLOW), id=part.__name__) for part in (*PARTS, honesty)],
 )
 def test_a_part_runs_once_and_small(part: ModuleType) -> None:
     rows = list(part.rows(small=True))
