@@ -137,6 +137,7 @@ def unsupported(fit: Calibration, residual_nT: Array, reference: Reference) -> S
     """Status of a fit contradicted by covariance, matrix or residual; None for a consistent fit."""
     return (
         _indefinite(fit)
+        or _mirrored(fit)
         or _singular(fit)
         or covariance_status(fit, reference.strength_nT)
         or _misfit(residual_nT, reference.strength_nT)
@@ -152,6 +153,16 @@ def _indefinite(fit: Calibration) -> Status | None:
     if variance.min() >= 0 and np.linalg.eigvalsh(fit.covariance / np.outer(std, std))[0] >= NEGATIVE:
         return None
     return Status("not_converged", "the claimed covariance is not positive definite: record longer, about more axes")
+
+
+def _mirrored(fit: Calibration) -> Status | None:
+    """Not converged when the matrix is a reflection, which no sensor's scale, soft iron and mounting make."""
+    if np.linalg.det(fit.matrix) >= 0:
+        return None
+    what = "the magnetometer's axes are left-handed: the matrix mirrors the field, no turn makes it right"
+    return Status(
+        "not_converged", f"{what}; check order and signs of the axes: --axes or --map, see `magbench inspect`"
+    )
 
 
 def _singular(fit: Calibration) -> Status | None:

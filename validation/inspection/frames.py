@@ -5,6 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from scenarios.arrays import Array
+from validation.axes.estimate import axes_of
+from validation.axes.frame import frame_of
+from validation.axes.maps import map_text
+from validation.axes.wording import axes_verdict
 from validation.inspection.finding import Finding, Level
 from validation.inspection.sensor_data import SensorData, attitude_of
 from validation.policy import POLICY
@@ -17,7 +21,7 @@ from validation.signals.quaternion_conventions import (
     mean_direction,
     read_as,
 )
-from validation.text import duration, figure
+from validation.text import duration, figure, sentence
 
 SECTION = "frames"
 GYRO_FINDING = "gyro_and_attitude"
@@ -31,7 +35,24 @@ def frame_findings(data: SensorData) -> list[Finding]:
         found = [_gyro_by_field(data)]
     else:
         found = [_norm(data), _gyro_by_attitude(data, q), _gravity(data, q), _field(data, q)]
-    return [finding for finding in found if finding is not None]
+    return [*(finding for finding in found if finding is not None), *_axes_and_frame(data, q)]
+
+
+def _axes_and_frame(data: SensorData, q: Array | None) -> list[Finding]:
+    """Return the findings on order, sense and handedness of the magnetometer's axes, and on the body frame."""
+    series = data.series
+    if not len(series):
+        return []
+    read = None if q is None else read_as(q, EXPECTED)
+    axes = axes_of(series.time_s, series.mag_nT, gyro=series.gyro_rad_s, accel=series.accel_m_s2, q=read)
+    verdict, frame = axes_verdict(axes), frame_of(series.accel_m_s2, read, axes)
+    level: Level = "ok" if verdict.kind == "agree" else "note" if verdict.harmless else "warning"
+    value = {"verdict": verdict.kind, "axes": [map_text(one) for one in axes.maps] if axes.speaking else []}
+    taken: Level = "ok" if frame.name == "flu" else "warning" if frame.wrong else "note"
+    return [
+        Finding(SECTION, "axes", value, "", sentence(verdict.text), level),
+        Finding(SECTION, "body_frame", frame.name, "", frame.text, taken),
+    ]
 
 
 def _norm(data: SensorData) -> Finding:

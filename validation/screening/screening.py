@@ -13,6 +13,7 @@ from calib import Calibration, Status
 from recordings import Recording
 from scenarios.arrays import Array
 from validation.policy import POLICY
+from validation.screening.axes import axes_and_frame
 from validation.screening.axes_alike import alike, unwired
 from validation.screening.fault import Fault, Mask
 from validation.screening.full_scale import full_scale
@@ -23,7 +24,10 @@ from validation.screening.wrapped import wrapped
 from validation.text import sentence
 
 Screen = Callable[[Recording], Sequence[Fault]]
-SCREENS: tuple[Screen, ...] = (sentinels, wrapped, frozen, held, stuck, full_scale, alike, unwired, offset_steps)
+SCREENS: tuple[Screen, ...] = (
+    *(sentinels, wrapped, frozen, held, stuck, full_scale, alike, unwired, offset_steps),
+    axes_and_frame,
+)
 """Screens in the order of use: each sees what the screens before it have left in and mended."""
 
 

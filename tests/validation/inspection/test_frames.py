@@ -136,5 +136,25 @@ def test_directions_that_are_not_kept() -> None:
     assert "hard iron, or turned frames" in one(found, "field_direction").text
 
 
-def test_nothing_is_said_without_columns() -> None:
-    assert findings(q=None, gyro=None, accel=None) == []
+def test_the_magnetometer_alone_tells_neither_axes_nor_frame() -> None:
+    found = findings(q=None, gyro=None, accel=None)
+    assert [finding.name for finding in found] == ["axes", "body_frame"]
+    assert {finding.level for finding in found} == {"note"}
+    assert one(found, "axes").value == {"verdict": "alone", "axes": []}
+    assert "--frame frd otherwise" in one(found, "body_frame").text
+
+
+@pytest.mark.parametrize(
+    ("taken", "verdict", "told"),
+    [
+        ([[0, 1, 0], [1, 0, 0], [0, 0, -1]], "turned", "--axes y,x,-z"),
+        ([[0, 1, 0], [1, 0, 0], [0, 0, 1]], "left_handed", "left-handed: no turn makes it right"),
+        ([[1, 0, 0], [0, -1, 0], [0, 0, 1]], "left_handed", "--axes x,-y,z"),
+    ],
+)
+def test_axes_that_are_not_those_of_the_gyro(taken: list[list[float]], verdict: str, told: str) -> None:
+    mag_nT = (MOTION.body(FIELD_ENU_NT) + noise(SAMPLES, 5.0)) @ np.array(taken, float)
+    found = one(frame_findings(sensor_data(MOTION.time_s, mag_nT, **SOUND)), "axes")
+    assert found.level == "warning"
+    assert found.value["verdict"] == verdict
+    assert told in found.text

@@ -1,0 +1,104 @@
+"""Body frame of a log, forward-left-up or forward-right-down, from gravity and the attitude's world frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from scenarios.arrays import Array
+from validation.axes.estimate import Axes
+from validation.axes.policy import AXES
+from validation.policy import POLICY
+from validation.signals.quaternion_conventions import mean_direction
+from validation.text import sentence
+
+Tilt = Literal["up", "down", ""]
+"""Direction of an axis; empty where it is not clear."""
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Body frame of a log as its values tell: "flu", "frd", or "" where nothing tells; `why` in words.
+
+    contradicted : whether parts of the log contradict each other, so that no frame fits.
+    """
+
+    name: Literal["flu", "frd", ""]
+    why: str
+    contradicted: bool = False
+
+    @property
+    def wrong(self) -> bool:
+        """Whether the log is not in FLU, or contradicts itself."""
+        return self.contradicted or self.name == "frd"
+
+    @property
+    def clause(self) -> str:
+        """Return what is wrong about the frame as taken, and what to do."""
+        if self.contradicted:
+            return f"the frame is taken as FLU, but {self.why}"
+        return f"the frame is taken as FLU, but the log is in FRD (forward, right, down), since {self.why}: --frame frd"
+
+    @property
+    def text(self) -> str:
+        """Return a sentence: the frame as taken, why, and what to do where the log is in another frame."""
+        if self.wrong:
+            return sentence(self.clause)
+        if self.name == "flu":
+            return f"Frame: FLU (forward, left, up), since {self.why}."
+        return f"Frame: taken as FLU ({self.why or 'nothing in the log tells'}; --frame frd otherwise)."
+
+
+def frame_of(accel: Array | None, q: Array | None, axes: Axes) -> Frame:
+    """Return the body frame that specific force (n, 3), attitude (n, 4) and field tell.
+
+    At rest the specific force points up: along +z in FLU and along -z in FRD of an upright vehicle; turned by the
+    attitude, along +z in ENU and along -z in NED.
+    """
+    body = _sign(_mean(accel)) if accel is not None else ""
+    world = _sign(mean_direction(q, _calm(accel))) if accel is not None and q is not None else ""
+    if world and body and world != body:
+        words = "in the body frame" if body == "down" else "in the attitude's world frame"
+        return Frame("", f"the specific force points down {words} alone: its axes or the quaternion's differ", True)
+    if world == "down":
+        why = "the attitude turns the specific force to minus z, as in north, east, down"
+        return Frame("frd", why if body else f"{why} (or the accelerometer has the opposite sign)")
+    if world == "up":
+        return Frame("flu", "the attitude turns the specific force to plus z, as in east, north, up")
+    if body == "up":
+        return Frame("flu", "the accelerometer reads upward along z in the mean")
+    if body == "down":
+        return _downward(axes)
+    return Frame("", "")
+
+
+def _downward(axes: Axes) -> Frame:
+    """Return the frame of a log whose mean specific force is along -z: FRD, or an accelerometer of opposite sign."""
+    why = "the accelerometer reads -9.8 m/s^2 along z in the mean"
+    up = axes.up(0) if axes.agree else 0.0
+    if up > 0 and axes.north is not False:
+        why += ", but the field is along its reading: FRD south of the magnetic equator, or the opposite sign"
+        return Frame("", f"{why} of the accelerometer", True)
+    return Frame("frd", why)
+
+
+def _calm(accel: Array) -> Array:
+    """Return the specific force with NaN in rows with acceleration."""
+    size = np.linalg.norm(accel, axis=1)
+    typical = np.nanmedian(size) if np.isfinite(size).any() else np.nan
+    return np.where((np.abs(size - typical) < POLICY.calm_share * typical)[:, None], accel, np.nan)
+
+
+def _mean(accel: Array) -> Array:
+    """Return the mean (3,) of the directions of the calm specific force; zero without calm rows."""
+    calm = _calm(accel)
+    unit = calm / np.linalg.norm(calm, axis=1, keepdims=True)
+    unit = unit[np.isfinite(unit).all(axis=1)]
+    return np.asarray(unit.mean(axis=0)) if len(unit) >= POLICY.least_directions else np.zeros(3)
+
+
+def _sign(mean: Array) -> Tilt:
+    """Return where the z component of a mean direction (3,) points."""
+    return "up" if mean[2] > AXES.upright else "down" if mean[2] < -AXES.upright else ""

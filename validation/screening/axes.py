@@ -1,0 +1,45 @@
+"""Axes and frame: a magnetometer whose axes are not those of gyro, accelerometer or attitude, and a log in FRD."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from recordings import Recording
+from validation.axes.estimate import Axes, axes_of
+from validation.axes.frame import frame_of
+from validation.axes.wording import axes_verdict
+from validation.screening.fault import Fault, Mask
+
+
+def axes_and_frame(recording: Recording) -> list[Fault]:
+    """Return wrong axes, and a frame other than FLU; no row is left out.
+
+    Left-handed axes make every estimate doubtful where more than an accelerometer tells the handedness. A turn
+    does not: offset and strength hold in the sensor's own axes, and a method with gyro or attitude fits the turn.
+    """
+    if recording.gyro_rad_s is None and recording.accel_m_s2 is None and recording.att_q is None:
+        return []
+    axes = axes_of(
+        recording.time_s,
+        recording.mag_nT,
+        gyro=recording.gyro_rad_s,
+        accel=recording.accel_m_s2,
+        q=recording.att_q,
+    )
+    frame = frame_of(recording.accel_m_s2, recording.att_q, axes)
+    nowhere = np.zeros(len(recording), np.bool_)
+    found = _axes(axes, nowhere)
+    if frame.wrong:
+        found.append(Fault("frame", frame.clause, nowhere, "none"))
+    return found
+
+
+def _axes(axes: Axes, nowhere: Mask) -> list[Fault]:
+    verdict = axes_verdict(axes)
+    if verdict.kind not in ("turned", "left_handed"):
+        return []
+    text = verdict.text
+    if verdict.kind == "turned":
+        text += "; offset and strength hold without it"
+    doubtful = verdict.kind == "left_handed" and axes.handedness_known
+    return [Fault(verdict.kind, text, nowhere, "none", doubtful)]
