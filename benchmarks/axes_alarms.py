@@ -72,21 +72,28 @@ def simulated(rng: np.random.Generator, given: Conditions) -> Log:
     time_s = np.arange(given.rows) / given.rate_hz
     phases = rng.uniform(0, 2 * np.pi, (3, 4))
     attitude = _attitude(time_s, phases, given)
+    shaking = np.stack([_swing(time_s, 1.0, rng.uniform(0, 2 * np.pi, 4)) for _ in range(3)], axis=1)
+    accel = attitude.inv().apply([0.0, 0.0, GRAVITY_M_S2]) + given.shaking_m_s2 * shaking
+    accel += rng.normal(0, 0.05, accel.shape)
+    gyro = _gyro(rng, time_s, phases, given)
+    return Log(time_s, _field_nT(rng, attitude, given), gyro, accel, attitude.as_quat(scalar_first=True))
+
+
+def _gyro(rng: np.random.Generator, time_s: Array, phases: Array, given: Conditions) -> Array:
     step_s = 1e-3
     ahead, behind = (_attitude(time_s - given.late_s + sign * step_s, phases, given) for sign in (1, -1))
     rate_rad_s = (behind.inv() * ahead).as_rotvec() / (2 * step_s)
+    measured = rate_rad_s * rng.normal(1, 0.02, 3) + given.bias_rad_s * rng.normal(0, 1, 3)
+    return np.asarray(given.gain * (measured + rng.normal(0, 0.003, rate_rad_s.shape)))
+
+
+def _field_nT(rng: np.random.Generator, attitude: Rotation, given: Conditions) -> Array:
     dip = np.radians(DIP_DEG)
     field = attitude.inv().apply(STRENGTH_NT * np.array([0.05, np.cos(dip), -np.sin(dip)]))
     hard = rng.normal(0, 1, 3)
     hard *= given.hard * STRENGTH_NT / np.linalg.norm(hard)
-    mag_nT = field @ (np.eye(3) + given.soft * rng.uniform(-1, 1, (3, 3))) + hard
-    mag_nT += rng.normal(0, given.noise_nT, field.shape)
-    gyro = rate_rad_s * rng.normal(1, 0.02, 3) + given.bias_rad_s * rng.normal(0, 1, 3)
-    gyro += rng.normal(0, 0.003, field.shape)
-    shaking = np.stack([_swing(time_s, 1.0, rng.uniform(0, 2 * np.pi, 4)) for _ in range(3)], axis=1)
-    accel = attitude.inv().apply([0.0, 0.0, GRAVITY_M_S2]) + given.shaking_m_s2 * shaking
-    accel += rng.normal(0, 0.05, field.shape)
-    return Log(time_s, mag_nT, given.gain * gyro, accel, attitude.as_quat(scalar_first=True))
+    soft = np.eye(3) + given.soft * rng.uniform(-1, 1, (3, 3))
+    return np.asarray(field @ soft + hard + rng.normal(0, given.noise_nT, field.shape))
 
 
 def _attitude(time_s: Array, phases: Array, given: Conditions) -> Rotation:

@@ -16,7 +16,9 @@ from tests.imports import FILES, ORDER, circle, graph, imported, name_of, parsed
 from tests.measure import functions
 
 FLOORS = (
-    {"signals", "screening"},
+    {"signals"},
+    {"axes"},
+    {"screening"},
     {"scoring", "calibrating", "inspection", "cross_validation"},
     {"bound", "comparison"},
     {"gates", "planning"},

@@ -8,10 +8,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from scenarios.arrays import Array
-from validation.axes.evidence import Evidence, evidence
+from validation.axes.evidence import AxisCondition, MapEvidence, evidence
 from validation.axes.maps import TURNS
 from validation.axes.policy import AXES
-from validation.axes.rows import Rows, piece_moments, rows_of
+from validation.axes.rows import AxisRows, piece_moments, rows_of
 from validation.policy import POLICY
 
 
@@ -22,7 +22,7 @@ class DirectionEvidence:
     along : up (24, 1) for an accelerometer; the first, second and third axis of the world (24, 3) for an attitude.
     """
 
-    evidence: Evidence
+    evidence: MapEvidence
     along: Array
 
 
@@ -80,11 +80,11 @@ def attitude_evidence(time_s: Array, mag_nT: Array, q: Array) -> DirectionEviden
     return DirectionEvidence(found, -found.fitted[:, 12:])
 
 
-def _compared(rows: Rows, functions: Array, design: Array, share: float, error: float) -> Evidence:
+def _compared(rows: AxisRows, functions: Array, design: Array, share: float, error: float) -> MapEvidence:
     """Return the evidence of functions (n, f); `share` of the field's squares is what the condition sees."""
     prior_std = np.full(design.shape[3], np.inf)
     prior_std[:9] = AXES.distortion
     weight = 1.0 / rows.step
     moments = weight * piece_moments(functions, rows.piece)
     signal = share * weight * float((rows.mag**2).sum())
-    return evidence(moments, design, signal, weight * len(rows.mag), prior_std, error)
+    return evidence(AxisCondition(moments, design, signal, weight * len(rows.mag), prior_std, error))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from scenarios.arrays import Array
 from validation.axes.directions import DirectionEvidence, accel_evidence, attitude_evidence
-from validation.axes.evidence import Evidence
+from validation.axes.evidence import MapEvidence
 from validation.axes.gyro import GyroEvidence, gyro_evidence
 from validation.axes.maps import TURNS, is_turn
 from validation.axes.policy import AXES
@@ -31,18 +31,18 @@ class Axes:
     north: bool | None = None
 
     @cached_property
-    def speaking(self) -> dict[str, Evidence]:
+    def speaking(self) -> dict[str, MapEvidence]:
         """The evidence that counts, by instrument: of those that exclude maps.
 
         An accelerometer must leave a single turn. An attitude that contradicts gyro and accelerometer is in
         another body frame, and left out.
         """
-        named = {"gyro": self.gyro, "accelerometer": self.accel}
-        found = {name: one.evidence for name, one in named.items() if one is not None and not one.evidence.silent}
-        if self.gyro is not None and self.gyro.reversed:
-            found.pop("gyro", None)
-        if "accelerometer" in found and found["accelerometer"].possible.sum() > 1:
-            del found["accelerometer"]
+        found: dict[str, MapEvidence] = {}
+        if self.gyro is not None and not self.gyro.reversed:
+            found["gyro"] = self.gyro.evidence
+        if self.accel is not None and self.accel.evidence.possible.sum() == 1:
+            found["accelerometer"] = self.accel.evidence
+        found = {name: one for name, one in found.items() if not one.silent}
         if self.attitude is None or self.attitude.evidence.silent:
             return found
         attitude = self.attitude.evidence
@@ -119,7 +119,7 @@ class Axes:
         return int(np.sign(north)) if clear else 0
 
 
-def _common(found: dict[str, Evidence]) -> NDArray[np.bool_]:
+def _common(found: dict[str, MapEvidence]) -> NDArray[np.bool_]:
     """Return which turns (24,) all instruments allow."""
     every = [np.ones(len(TURNS), np.bool_), *(one.possible for one in found.values())]
     return np.asarray(np.logical_and.reduce(every), np.bool_)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ from scenarios.arrays import Array
 from validation.axes.maps import TURNS
 from validation.axes.policy import AXES
 
-ITERATIONS = 4
+ITERATIONS = 8
 """Repetitions of the estimate of the noise: each is closed."""
 
 RIGID = 1e3
@@ -19,7 +19,7 @@ RIGID = 1e3
 
 
 @dataclass(frozen=True)
-class Evidence:
+class MapEvidence:
     """What an instrument says of the 24 turns P: which are possible, and the share of the signal explained.
 
     possible : (24,); all, for an instrument that says nothing.
@@ -45,35 +45,62 @@ class Evidence:
         return bool(self.possible.all())
 
 
-def evidence(
-    moments: Array, design: Array, signal: float, samples: float, prior_std: Array, error: float = AXES.least_error
-) -> Evidence:
-    """Compare the turns by the sum of squares of ``F B theta``.
+@dataclass(frozen=True)
+class AxisCondition:
+    """A condition ``F B theta = 0`` that holds for the right map, up to noise.
 
     moments : (pieces, f, f) second moments of the functions F. design : (24, c, f, p) B of each turn, c components.
     signal : sum of squares without any model. samples : independent rows. prior_std : (p,) of theta about (P, 0);
     infinite for a free nuisance parameter. error : least rms error of the condition over the rms signal.
     """
-    weight = min(1.0, AXES.most_samples / samples)
-    moments, signal = weight * moments, weight * signal
-    total = moments.sum(axis=0)
-    forms = np.einsum("hcfp,hcfq->hpq", design, total @ design, optimize=True)
-    count = weight * samples * design.shape[1]
-    precision = 1.0 / prior_std**2 + 1e-9
-    variance = signal / count
-    for _ in range(ITERATIONS):
-        fitted, cost = _fitted(forms, variance * precision)
-        best = int(np.argmin(cost))
-        squares = float(fitted[best] @ forms[best] @ fitted[best])
-        variance = max(squares, error**2 * signal) / count
-    std = np.sqrt(variance * np.diagonal(np.linalg.inv(forms + np.diag(variance * precision)), axis1=1, axis2=2))
+
+    moments: Array
+    design: Array
+    signal: float
+    samples: float
+    prior_std: Array
+    error: float = AXES.least_error
+
+    @property
+    def tempered(self) -> AxisCondition:
+        """Return the condition with at most AXES.most_samples independent rows."""
+        weight = min(1.0, AXES.most_samples / self.samples)
+        return replace(self, moments=weight * self.moments, signal=weight * self.signal, samples=weight * self.samples)
+
+    @property
+    def forms(self) -> Array:
+        """Return the sums of squares (24, p, p) as quadratic forms of theta."""
+        weighed = self.moments.sum(axis=0) @ self.design
+        return np.asarray(np.einsum("hcfp,hcfq->hpq", self.design, weighed, optimize=True))
+
+    def variance(self, forms: Array, precision: Array) -> float:
+        """Return the variance of a component that the likeliest turn leaves."""
+        count = self.samples * self.design.shape[1]
+        variance = float(self.signal / count)
+        for _ in range(ITERATIONS):
+            fitted, cost = _fitted(forms, variance * precision)
+            best = int(np.argmin(cost))
+            squares = float(fitted[best] @ forms[best] @ fitted[best])
+            variance = float(max(squares, self.error**2 * self.signal) / count)
+        return variance
+
+
+def evidence(given: AxisCondition) -> MapEvidence:
+    """Compare the turns by likelihood, with a deviation of the map from P within the prior standard deviation."""
+    given = given.tempered
+    forms, precision = given.forms, 1.0 / given.prior_std**2 + 1e-9
+    variance = given.variance(forms, precision)
+    pull = variance * precision
+    fitted, cost = _fitted(forms, pull)
+    best = int(np.argmin(cost))
     loss = 0.5 * (cost - cost[best]) / variance
-    rigid, _ = _fitted(forms, np.where(np.arange(len(prior_std)) < 9, RIGID * signal, variance * precision))
-    share = 1.0 - float(rigid[best] @ forms[best] @ rigid[best]) / signal
-    if not share > AXES.least_share:
-        return Evidence(np.ones(len(TURNS), np.bool_), share, loss, fitted, std)
-    excluded = (loss > AXES.rejected_nats) & _steadily_worse(moments, design, rigid, best)
-    return Evidence(~excluded, share, loss, fitted, std)
+    std = np.sqrt(variance * np.diagonal(np.linalg.inv(forms + np.diag(pull)), axis1=1, axis2=2))
+    rigid, _ = _fitted(forms, np.where(np.arange(len(pull)) < 9, RIGID * given.signal, pull))
+    share = 1.0 - float(rigid[best] @ forms[best] @ rigid[best]) / given.signal
+    excluded = np.zeros(len(TURNS), np.bool_)
+    if share > AXES.least_share:
+        excluded = (loss > AXES.rejected_nats) & _steadily_worse(given, rigid, best)
+    return MapEvidence(~excluded, share, loss, fitted, std)
 
 
 def _fitted(forms: Array, pull: Array) -> tuple[Array, Array]:
@@ -87,10 +114,10 @@ def _fitted(forms: Array, pull: Array) -> tuple[Array, Array]:
     return fitted, np.asarray(np.einsum("hp,p,hp->h", start, pull, start - fitted))
 
 
-def _steadily_worse(moments: Array, design: Array, fitted: Array, best: int) -> NDArray[np.bool_]:
+def _steadily_worse(given: AxisCondition, fitted: Array, best: int) -> NDArray[np.bool_]:
     """Return which turns (24,) leave larger residuals than the likeliest, consistently over the pieces of the log."""
-    values = np.einsum("hcfp,hp->hcf", design, fitted)
-    squares = np.einsum("hcf,bfg,hcg->hb", values, moments, values, optimize=True)
+    values = np.einsum("hcfp,hp->hcf", given.design, fitted)
+    squares = np.einsum("hcf,bfg,hcg->hb", values, given.moments, values, optimize=True)
     worse = squares - squares[best]
     for_it, against = np.maximum(worse, 0.0).sum(axis=1), np.maximum(-worse, 0.0).sum(axis=1)
     lasting = worse.max(axis=1) < AXES.one_piece * for_it

@@ -19,7 +19,7 @@ Tilt = Literal["up", "down", ""]
 
 
 @dataclass(frozen=True)
-class Frame:
+class BodyFrame:
     """Body frame of a log as its values tell: "flu", "frd", or "" where nothing tells; `why` in words.
 
     contradicted : whether parts of the log contradict each other, so that no frame fits.
@@ -51,37 +51,43 @@ class Frame:
         return f"Frame: taken as FLU ({self.why or 'nothing in the log tells'}; --frame frd otherwise)."
 
 
-def frame_of(accel: Array | None, q: Array | None, axes: Axes) -> Frame:
+def frame_of(accel: Array | None, q: Array | None, axes: Axes) -> BodyFrame:
     """Return the body frame that specific force (n, 3), attitude (n, 4) and field tell.
 
     At rest the specific force points up: along +z in FLU and along -z in FRD of an upright vehicle; turned by the
     attitude, along +z in ENU and along -z in NED.
     """
-    body = _sign(_mean(accel)) if accel is not None else ""
-    world = _sign(mean_direction(q, _calm(accel))) if accel is not None and q is not None else ""
-    if world and body and world != body:
-        words = "in the body frame" if body == "down" else "in the attitude's world frame"
-        return Frame("", f"the specific force points down {words} alone: its axes or the quaternion's differ", True)
-    if world == "down":
-        why = "the attitude turns the specific force to minus z, as in north, east, down"
-        return Frame("frd", why if body else f"{why} (or the accelerometer has the opposite sign)")
-    if world == "up":
-        return Frame("flu", "the attitude turns the specific force to plus z, as in east, north, up")
+    if accel is None:
+        return BodyFrame("", "")
+    body = _sign(_mean(accel))
+    world = "" if q is None else _sign(mean_direction(q, _calm(accel)))
+    if world:
+        return _by_attitude(world, body)
     if body == "up":
-        return Frame("flu", "the accelerometer reads upward along z in the mean")
-    if body == "down":
-        return _downward(axes)
-    return Frame("", "")
+        return BodyFrame("flu", "the accelerometer reads upward along z in the mean")
+    return _downward(axes) if body == "down" else BodyFrame("", "")
 
 
-def _downward(axes: Axes) -> Frame:
+def _by_attitude(world: Tilt, body: Tilt) -> BodyFrame:
+    """Return the frame by the direction of the specific force in the world of the attitude, and in the body."""
+    if body and world != body:
+        words = "in the body frame" if body == "down" else "in the attitude's world frame"
+        why = f"the specific force points down {words} alone: its axes or the quaternion's differ"
+        return BodyFrame("", why, True)
+    if world == "up":
+        return BodyFrame("flu", "the attitude turns the specific force to plus z, as in east, north, up")
+    why = "the attitude turns the specific force to minus z, as in north, east, down"
+    return BodyFrame("frd", why if body else f"{why} (or the accelerometer has the opposite sign)")
+
+
+def _downward(axes: Axes) -> BodyFrame:
     """Return the frame of a log whose mean specific force is along -z: FRD, or an accelerometer of opposite sign."""
     why = "the accelerometer reads -9.8 m/s^2 along z in the mean"
     up = axes.up(0) if axes.agree else 0.0
     if up > 0 and axes.north is not False:
         why += ", but the field is along its reading: FRD south of the magnetic equator, or the opposite sign"
-        return Frame("", f"{why} of the accelerometer", True)
-    return Frame("frd", why)
+        return BodyFrame("", f"{why} of the accelerometer", True)
+    return BodyFrame("frd", why)
 
 
 def _calm(accel: Array) -> Array:

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from scenarios.arrays import Array
-from validation.axes.evidence import Evidence, evidence
+from validation.axes.evidence import AxisCondition, MapEvidence, evidence
 from validation.axes.maps import TURNS
 from validation.axes.policy import AXES
-from validation.axes.rows import Rows, piece_moments, rows_of
+from validation.axes.rows import AxisRows, piece_moments, rows_of
 from validation.policy import POLICY
 
 LEVI_CIVITA = np.zeros((3, 3, 3))
@@ -29,7 +29,7 @@ class GyroEvidence:
     reversed : whether the gyro has the wrong sense for every turn and the evidence holds for the opposite sense.
     """
 
-    evidence: Evidence
+    evidence: MapEvidence
     gain: Array
     lag_s: float
     reversed: bool = False
@@ -63,7 +63,7 @@ def gyro_evidence(time_s: Array, mag_nT: Array, gyro: Array) -> GyroEvidence | N
     return replace(found, gain=found.gain / rate)
 
 
-def _best_lag(rows: Rows, step: int) -> GyroEvidence | None:
+def _best_lag(rows: AxisRows, step: int) -> GyroEvidence | None:
     """Return the evidence at the delay of the gyro that explains most."""
     tried: dict[float, GyroEvidence] = {}
 
@@ -86,7 +86,7 @@ def _best(tried: dict[float, GyroEvidence]) -> float:
     return max(tried, key=lambda lag_s: tried[lag_s].evidence.share)
 
 
-def _at_lag(rows: Rows, step: int, lag_s: float) -> GyroEvidence | None:
+def _at_lag(rows: AxisRows, step: int, lag_s: float) -> GyroEvidence | None:
     windows = _windows(rows, step, lag_s)
     if windows is None:
         return None
@@ -102,30 +102,35 @@ def _evidence(windows: _Windows, gain: Array, lag_s: float) -> GyroEvidence:
     prior_std = np.full(18, np.inf)
     prior_std[MAP] = AXES.distortion
     prior_std[BIAS] = prior_std[DRIFT] = AXES.bias_share
-    found = evidence(windows.moments, _design(gain), windows.signal, windows.samples, prior_std)
+    found = evidence(AxisCondition(windows.moments, _design(gain), windows.signal, windows.samples, prior_std))
     return GyroEvidence(found, gain, lag_s)
 
 
-def _windows(rows: Rows, step: int, lag_s: float) -> _Windows | None:
+def _windows(rows: AxisRows, step: int, lag_s: float) -> _Windows | None:
     """Return the moments of overlapping windows of `step` rows with a gyro that is late by `lag_s`."""
-    time_s, mag, rate = rows.time_s, rows.mag, rows.other
-    if lag_s:
-        rate = np.stack([np.interp(time_s + lag_s, time_s, column) for column in rate.T], axis=1)
-    products = (rate[:, :, None] * mag[:, None, :]).reshape(-1, 9)
-    integrand = np.concatenate([products, rate, mag], axis=1)
-    interval_s = np.diff(time_s)
-    total = np.zeros_like(integrand)
-    total[1:] = np.cumsum(0.5 * (integrand[1:] + integrand[:-1]) * interval_s[:, None], axis=0)
-    length_s = time_s[step:] - time_s[:-step]
+    total = _integrals(rows, lag_s)
+    length_s = rows.time_s[step:] - rows.time_s[:-step]
     usual = length_s < POLICY.gap * np.median(length_s)
-    functions = np.column_stack([mag[step:] - mag[:-step], total[step:] - total[:-step], length_s])[usual]
-    piece = rows.piece[:-step][usual]
+    changes = rows.mag[step:] - rows.mag[:-step]
+    functions = np.column_stack([changes, total[step:] - total[:-step], length_s])[usual]
     if len(functions) < AXES.least_rows:
         return None
     weight = 1.0 / step
-    moments = weight * piece_moments(functions, piece)
+    moments = weight * piece_moments(functions, rows.piece[:-step][usual])
     signal = float(np.trace(moments.sum(axis=0)[CHANGE, CHANGE]))
     return _Windows(moments, signal, weight * len(functions)) if signal > 0 else None
+
+
+def _integrals(rows: AxisRows, lag_s: float) -> Array:
+    """Return the integrals (n, 15) of w_i m_j, w and m from the first row on, by the trapezoidal rule."""
+    rate = rows.other
+    if lag_s:
+        rate = np.stack([np.interp(rows.time_s + lag_s, rows.time_s, column) for column in rate.T], axis=1)
+    products = (rate[:, :, None] * rows.mag[:, None, :]).reshape(-1, 9)
+    integrand = np.concatenate([products, rate, rows.mag], axis=1)
+    total = np.zeros_like(integrand)
+    total[1:] = np.cumsum(0.5 * (integrand[1:] + integrand[:-1]) * np.diff(rows.time_s)[:, None], axis=0)
+    return total
 
 
 def _gains(windows: _Windows) -> Array:

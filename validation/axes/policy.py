@@ -14,7 +14,7 @@ class AxesPolicy:
     """Limits that `validation.axes` applies; shares lie between 0 and 1."""
 
     # rows that are evaluated
-    most_rows: int = number(8000, "rows evaluated at most", run=RUN)
+    most_rows: int = number(6000, "rows evaluated at most", run=RUN)
     pieces: int = number(16, "stretches of the log that are compared with one another", run=RUN)
     least_rows: int = number(20, "rows below which axes are not judged", run=RUN)
     mean_s: float = number(0.04, "time over which fast rows are averaged")

@@ -13,7 +13,7 @@ from validation.axes.policy import AXES
 
 
 @dataclass(frozen=True)
-class Rows:
+class AxisRows:
     """Times (n,), field (n, 3) less the mean and over the spread, another vector (n, k), and the piece (n,) of a row.
 
     spread_nT : rms deviation of the field from its mean, per component.
@@ -39,7 +39,7 @@ class Rows:
         return min(step, most)
 
 
-def rows_of(time_s: Array, mag_nT: Array, other: Array, *, averaged: bool) -> Rows | None:
+def rows_of(time_s: Array, mag_nT: Array, other: Array, *, averaged: bool) -> AxisRows | None:
     """Return rows in which field and the other vector are finite; None for too few, or a constant field."""
     sound = np.flatnonzero(np.isfinite(mag_nT).all(axis=1) & np.isfinite(other).all(axis=1))
     if len(sound) < AXES.least_rows:
@@ -54,7 +54,7 @@ def rows_of(time_s: Array, mag_nT: Array, other: Array, *, averaged: bool) -> Ro
     if not spread_nT > 0:
         return None
     piece = np.arange(len(columns)) * AXES.pieces // len(columns)
-    return Rows(columns[:, 0], mag / spread_nT, columns[:, 4:], piece, spread_nT)
+    return AxisRows(columns[:, 0], mag / spread_nT, columns[:, 4:], piece, spread_nT)
 
 
 def _picked(sound: NDArray[np.intp], time_s: Array, averaged: bool) -> NDArray[np.intp]:

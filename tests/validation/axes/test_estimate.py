@@ -135,10 +135,10 @@ def test_rows_without_values_and_too_few_rows() -> None:
 
 AGREEING = {
     "motion-capture/trial_21.parquet": ["gyro", "attitude"],
-    "motion-capture/trial_32.parquet": ["gyro"],
-    "quadrotor/dot1_111110.parquet": ["gyro", "attitude"],
-    "quadrotor/dot2_111109.parquet": ["gyro", "attitude"],
-    "quadrotor/dot7_111109.parquet": ["gyro", "attitude"],
+    "motion-capture/trial_32.parquet": [],
+    "quadrotor/dot1_111110.parquet": ["gyro"],
+    "quadrotor/dot2_111109.parquet": ["gyro"],
+    "quadrotor/dot7_111109.parquet": ["gyro"],
     "glider/five_dives.parquet": ["attitude"],
 }
 """Measured recordings in the documented frames, with the instruments that exclude other maps."""

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from benchmarks.axes_alarms import Conditions, Log, simulated
 from scenarios.arrays import Array
 from validation.axes.estimate import axes_of
-from validation.axes.frame import Frame, frame_of
+from validation.axes.frame import BodyFrame, frame_of
 
 DOWN = np.diag([1.0, -1.0, -1.0])
 NED_FROM_ENU = np.array([[0.0, 1, 0], [1, 0, 0], [0, 0, -1]])
@@ -27,7 +27,7 @@ def in_frd(log: Log) -> Log:
     return replace(log, **vectors, q=turned.as_quat(scalar_first=True))
 
 
-def frame(log: Log, *, accel: bool = True, q: bool = False, mag_nT: Array | None = None) -> Frame:
+def frame(log: Log, *, accel: bool = True, q: bool = False, mag_nT: Array | None = None) -> BodyFrame:
     columns = {"accel": log.accel if accel else None, "q": log.q if q else None}
     axes = axes_of(log.time_s, log.mag_nT if mag_nT is None else mag_nT, gyro=log.gyro, **columns)
     return frame_of(columns["accel"], columns["q"], axes)
@@ -68,4 +68,4 @@ def test_attitude_and_accelerometer_that_contradict_each_other() -> None:
 
 
 def test_nothing_tells_without_accelerometer() -> None:
-    assert frame(simulated(np.random.default_rng(1), UPRIGHT), accel=False, q=True) == Frame("", "")
+    assert frame(simulated(np.random.default_rng(1), UPRIGHT), accel=False, q=True) == BodyFrame("", "")
