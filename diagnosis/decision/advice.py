@@ -172,7 +172,11 @@ def log_attitude(diagnosis: Diagnosis) -> Iterator[str]:
     if diagnosis.problem.mode == "strength" and not diagnosis.problem.corrections:
         bare = any(cause.kind is EvidenceKind.HELD_OUT and not cause.spread for cause in diagnosis.named)
         why = ", and parameters have no interval" if bare else ""
-        yield f"Without attitude only the field's strength was compared{why}; log attitude to see more."
+        if diagnosis.problem.recording.att_q is None:
+            yield f"Without attitude only the field's strength was compared{why}; log attitude to see more."
+        else:
+            known = "Without the field's vector only the strength was compared"
+            yield f"{known}{why}; give --field-enu-nT E,N,U, and the recorded attitude shows more."
 
 
 def confirm_by_second_recording(diagnosis: Diagnosis) -> Iterator[str]:

@@ -72,6 +72,9 @@ def pair_sentence(one: ModelPair) -> str:
     richer, simpler = _called(one.richer.model.name), _called(one.simpler.model.name)
     size, rms = figure(abs(one.better_nT)), (figure(one.simpler.typical_nT), figure(one.richer.typical_nT))
     more = one.richer.model.count - one.simpler.model.count
+    if one.interval_nT[0] > 0 and not one.matters:
+        what = f"{richer} predicts held-out legs only {size} nT better than {simpler}"
+        return f"{what} ({_interval(one)}; {rms[0]} nT become {rms[1]}), too little to matter: use {simpler}"
     if one.doubt and one.interval_nT[0] > 0:
         return f"undecided: {richer} predicts held-out legs {size} nT better than {simpler}, but {one.doubt}"
     match one.verdict:

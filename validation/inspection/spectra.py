@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from calib.numerics.noise import LEAST_SAMPLES, white_noise_std
+from scenarios.arrays import Array
 from validation.inspection.finding import Finding, Level
 from validation.inspection.sensor_data import Residual, SensorData
 from validation.policy import POLICY
@@ -43,12 +44,25 @@ def _white(data: SensorData) -> Finding | None:
     if np.any(data.white_nT < POLICY.hidden_noise * steps):
         text = "Most neighbouring samples are equal: the noise is below the least significant bit."
         return Finding(SECTION, "white", value, "nT", text, "note", data.sensor)
-    density = figures(data.white_nT * np.sqrt(2 / rate), 2)
-    text = f"White noise {figures(data.white_nT)} nT rms per sample ({density} nT/sqrt(Hz))"
-    if not data.settled:
+    noise_nT, of = _beside_motion(data)
+    density = figures(noise_nT * np.sqrt(2 / rate), 2)
+    text = f"White noise {figures(noise_nT)} nT rms per sample ({density} nT/sqrt(Hz)){of}"
+    if not (data.settled or of):
         text += " at most: the estimate falls with each further difference, so the noise is not white, "
         text += "or the motion is fast"
-    return Finding(SECTION, "white", value, "nT", text + ".", "ok" if data.settled else "note", data.sensor)
+    level: Level = "ok" if data.settled or of else "note"
+    return Finding(SECTION, "white", noise_nT.tolist(), "nT", text + ".", level, data.sensor)
+
+
+def _beside_motion(data: SensorData) -> tuple[Array, str]:
+    """Return the noise, of the residual where differences leave motion in the measurements, and then so in words."""
+    residual = data.residual
+    if data.settled or residual is None or residual.base == "mean":
+        return data.white_nT, ""
+    below_nT = white_noise_std(residual.values)
+    if not np.max(below_nT) < np.max(data.white_nT):
+        return data.white_nT, ""
+    return below_nT, f", of {BASES[residual.base]}: the sensor moves more between neighbouring samples"
 
 
 def _residual(data: SensorData, residual: Residual) -> Finding | None:

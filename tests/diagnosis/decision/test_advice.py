@@ -115,6 +115,13 @@ def test_without_attitude_attitude_is_asked_for() -> None:
     assert len(ADVICE) == 13
 
 
+def test_beside_a_recorded_attitude_the_fields_vector_is_asked_for() -> None:
+    bare = problem(without_attitude(recording()))
+    found = diagnosis_of(Verdict.NONE, problem=replace(bare, recording=recording()))
+    assert "give --field-enu-nT" in advice_for(found)[0]
+    assert "log attitude" not in advice_for(found)[0]
+
+
 def test_where_parameters_have_no_interval_it_is_said_why() -> None:
     found = diagnosis_of(Verdict.NAMED, FOUND, problem=problem(without_attitude(recording())))
     assert "strength was compared, and parameters have no interval" in advice_for(found)[0]

@@ -129,6 +129,22 @@ def test_an_ellipsoid_that_the_motion_does_not_tell_is_not_recommended(made: Mad
     assert "Use none of these models: this motion does not determine the offset." in headline(found)
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_eddy_currents_that_explain_a_hundredth_of_the_noise_are_not_recommended(made: Made, seed: int) -> None:
+    """Noise of 150 nT beside 10 nT rms that follows the field's rate of change, in 20,000 samples."""
+    rng = np.random.default_rng(seed)
+    recording = made(rng, np.eye(3), kind="tumble", n=20_000, noise_nT=150.0, attitude=True)
+    clean = made(np.random.default_rng(seed), np.eye(3), kind="tumble", n=20_000, noise_nT=0.0).mag_nT
+    change = np.gradient(clean, 0.5, axis=0)
+    added = 10.0 * np.sqrt(3.0) * change / np.sqrt(np.mean(np.sum(change**2, axis=1)))
+    found = first(cross_validate(replace(recording, mag_nT=recording.mag_nT + added), VECTOR))
+    eddy = next(pair for pair in found.pairs if "eddy" in pair.richer.model.name)
+    assert eddy.verdict == "as_well"
+    assert eddy.interval_nT[0] > 0
+    assert "too little to matter" in headline(found)
+    assert "eddy" not in found.keep
+
+
 @pytest.mark.parametrize("attitude", [False, True])
 def test_rounding_is_no_gain(made: Made, attitude: bool) -> None:
     """A field that never changes, and a sphere without noise."""

@@ -116,3 +116,10 @@ def test_noise_below_the_step_or_hidden_by_motion() -> None:
 
 def test_too_few_rows_for_noise() -> None:
     assert noise_findings(sensor_data(np.arange(5.0), noise(5, 1.0) + 2e4)) == []
+
+
+def test_noise_of_a_fast_turn_does_not_hold_the_motion() -> None:
+    """At 4 Hz, every tenth row, neighbouring samples differ by a hundred times the noise."""
+    few = MOTION.time_s[::10] / 4.0, (FIELD_NT + noise(SAMPLES, STD_NT))[::10]
+    found = one(noise_findings(sensor_data(*few)), "white")
+    assert found.value == pytest.approx([STD_NT] * len(found.value), rel=0.15)
