@@ -14,7 +14,7 @@ from calib.models.ellipsoid import Standardised
 from calib.models.linked import mean_rates, steps, unturned
 from calib.models.quadric import design, fit_ellipsoid_specific, refit, shape_matrix
 from calib.numerics.noise import NORMAL_MEDIAN
-from calib.numerics.outliers import away_from_line, away_from_median, bridged, short_runs
+from calib.numerics.outliers import away_from_line, away_from_median, bridged, changes, short_runs
 from calib.numerics.points import lengths
 from calib.reference import Reference
 from calib.result import Calibration
@@ -26,7 +26,7 @@ ALARM = 1e-3
 """Expected wild values in a recording of Gaussian noise alone, whatever the length; see tests/calib/test_robust."""
 SUSPICIOUS = 5.0
 """Largest change between neighbours, in its standard deviations, up to which nothing further is looked at: a single
-wild value of seven standard deviations of a sample. It keeps the search below a twentieth of the quickest fit."""
+wild value of seven standard deviations of a sample. It keeps the search within a twentieth of the quickest fit."""
 SAMPLED = 1000
 """Changes that the standard deviation of all is taken from at first."""
 MOST_SHARE = 0.15
@@ -212,9 +212,9 @@ def _deviation(columns: Array) -> tuple[Array, Array]:
 
 def _suspicious(columns: Array, strength_nT: float) -> bool:
     """Whether a value changes by more than neighbours of Gaussian noise do."""
-    change = np.abs(np.diff(columns, axis=0))
-    std = np.median(change[:: max(len(change) // SAMPLED, 1)], axis=0) / NORMAL_MEDIAN
-    return bool(np.any(change.max(axis=0) > SUSPICIOUS * np.maximum(std, LEAST * strength_nT)))
+    largest, median = changes(columns, SAMPLED)
+    limit = max(SUSPICIOUS, _limit(*columns.shape))
+    return bool(np.any(largest > limit * np.maximum(median / NORMAL_MEDIAN, LEAST * strength_nT)))
 
 
 def _fresh(recording: Recording, order: NDArray[np.intp]) -> Mask:

@@ -11,6 +11,23 @@ from scenarios.kernel_cache import njit
 Mask = NDArray[np.bool_]
 
 
+@njit(cache=True, fastmath={"reassoc", "contract", "nnan"})
+def changes(columns: Array, sampled: int) -> tuple[Array, Array]:
+    """Largest change (k,) from row to row of columns (n, k), and the median change (k,) of about `sampled` rows."""
+    n, k = columns.shape
+    largest, median = np.zeros(k), np.zeros(k)
+    step = max((n - 1) // sampled, 1)
+    some = np.empty((n - 2) // step + 1)
+    for j in range(k):
+        most = 0.0
+        for i in range(n - 1):
+            most = max(most, abs(columns[i + 1, j] - columns[i, j]))
+        for i in range(len(some)):
+            some[i] = abs(columns[i * step + 1, j] - columns[i * step, j])
+        largest[j], median[j] = most, np.median(some)
+    return largest, median
+
+
 @njit(cache=True)
 def away_from_median(columns: Array, half: int) -> Array:
     """Difference (n, k) of columns (n, k) from the running median over 2 half + 1 values, fewer at the ends.
