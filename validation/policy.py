@@ -105,6 +105,9 @@ class InspectionPolicy:
     # screening before a fit
     least_kept: int = number(4, "rows that screening leaves at least: with fewer no calibrator has a solution")
 
+    near_end_sigma: float = number(
+        4.0, "standard deviations below a full scale within which a row is left out, by the values of its neighbours"
+    )
     sentinel_gap: float = number(0.1, "distance of a sentinel to the next value over the span of the others at least")
     sentinel_steps: float = number(10.0, "usual steps between a sentinel without a known code and the next value")
     wrap_usual: float = number(0.9, "quantile of the steps between samples that is the usual largest step")

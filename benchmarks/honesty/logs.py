@@ -122,9 +122,9 @@ def _sentinel(plain: Plain) -> tuple[Plain, None]:
 
 
 def _saturated(plain: Plain) -> tuple[Plain, None]:
-    size = np.abs(plain.mag_nT)
-    level = np.quantile(size.max(axis=1), plain.rng.uniform(0.75, 0.97))
     both = plain.rng.random() < 0.7
+    size = np.abs(plain.mag_nT) if both else plain.mag_nT
+    level = np.quantile(size.max(axis=1), plain.rng.uniform(0.75, 0.97))
     return _with(plain, np.clip(plain.mag_nT, -level if both else None, level))
 
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from calib.numerics.noise import white_noise_std
 from recordings import Recording
+from scenarios.arrays import Array
 from validation.policy import POLICY
 from validation.screening.fault import AXES, Fault, Mask
-from validation.signals.faults import PileUp, pile_up
+from validation.signals.faults import STENCIL, PileUp, pile_up
 from validation.signals.lattice import find_lattice
 from validation.text import counted, figure, listed
 
@@ -28,9 +30,25 @@ def full_scale(recording: Recording) -> list[Fault]:
 
 
 def at_full_scale(recording: Recording, found: list[PileUp]) -> Mask:
-    """Return the rows (n,) with a value at one of the levels or beyond."""
+    """Return the rows (n,) with a value at one of the levels, or that the neighbours show to be near."""
     rows = np.zeros(len(recording), np.bool_)
+    noise = np.nan_to_num(white_noise_std(recording.mag_nT))
     for one in found:
-        column = recording.mag_nT[:, one.axis]
-        rows |= column >= one.level if one.side == "high" else column <= one.level
+        sign = 1.0 if one.side == "high" else -1.0
+        rows |= near_end(sign * recording.mag_nT[:, one.axis], sign * one.level, float(noise[one.axis]))
+    return rows
+
+
+def near_end(column: Array, level: float, noise: float) -> Mask:
+    """Return the rows of an axis (n,) at a level, or within four standard deviations of the level by their neighbours.
+
+    e_i = (4 (v_{i-1} + v_{i+1}) - v_{i-2} - v_{i+2}) / 6
+
+    A row's own noise must not decide whether the row stays: rows kept below a level have noise that points away from
+    the level, which moves an offset by more than its claim.
+    """
+    rows: Mask = np.asarray(column >= level)
+    if len(column) > STENCIL:
+        expected = (4 * (column[1:-3] + column[3:-1]) - column[:-4] - column[4:]) / 6
+        rows[2:-2] |= expected > level - POLICY.near_end_sigma * noise
     return rows

@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from calib.numerics.noise import white_noise_std
 from recordings import Recording
 from scenarios.arrays import Array
 from validation.policy import POLICY
 from validation.screening.fault import AXES, Fault
+from validation.screening.full_scale import near_end
 from validation.signals.intervals import gaps_after
 from validation.signals.lattice import find_lattice
 from validation.text import counted, figure
@@ -31,7 +33,7 @@ def wrapped(recording: Recording) -> list[Fault]:
 def _fault(mag_nT: Array, axis: int, jumps: NDArray[np.intp]) -> Fault:
     column = mag_nT[:, axis]
     seen = _heights(column, jumps)
-    period = _period(column, float(np.median(np.abs(seen))), _usual(np.abs(np.diff(column))))
+    period, bits = _period(mag_nT, float(np.median(np.abs(seen))), _usual(np.abs(np.diff(column))))
     turn = np.zeros(len(column), np.intp)
     turn[jumps + 1] = np.where(seen < 0, 1, -1)
     turn = np.cumsum(turn)
@@ -41,10 +43,11 @@ def _fault(mag_nT: Array, axis: int, jumps: NDArray[np.intp]) -> Fault:
         f"axis {AXES[axis]} wraps {counted(len(jumps), 'time')}, by {figure(period or np.median(np.abs(seen)), 6)} nT"
     )
     if period is None:
-        return Fault("wrapped", f"{text}: integers that overflow", turn != 0)
+        noise = float(np.nan_to_num(white_noise_std(column[:, None]))[0])
+        near = near_end(column, float(column.max()), noise) | near_end(-column, -float(column.min()), noise)
+        return Fault("wrapped", f"{text}: integers that overflow", (turn != 0) | near)
     mended = mag_nT.copy()
     mended[:, axis] += turn * period
-    bits = int(np.rint(np.log2(period / _step(column))))
     return Fault("wrapped", f"{text}: integers of {bits} bits that overflow", turn != 0, "unwrapped", False, mended)
 
 
@@ -76,16 +79,20 @@ def _jumps(column: Array, gaps: NDArray[np.intp]) -> NDArray[np.intp]:
 def _heights(column: Array, jumps: NDArray[np.intp]) -> Array:
     """Return the jumps (m,) of an axis less the motion, the mean of the steps before and after."""
     step = np.diff(column)
-    return np.asarray(step[jumps] - (step[jumps - 1] + step[jumps + 1]) / 2)
+    usual = _usual(np.abs(step))
+    motion = np.clip(step, -usual, usual)  # the step beside may be a wrap too
+    return np.asarray(step[jumps] - (motion[jumps - 1] + motion[jumps + 1]) / 2)
 
 
-def _step(column: Array) -> float:
-    lattice = find_lattice(column)
-    return lattice.step if lattice and not lattice.floating else 0.0
+def _period(mag_nT: Array, height: float, usual: float) -> tuple[float | None, int]:
+    """Return the power of two of a converter's step that a jump is, and its bits; None where no power is near.
 
-
-def _period(column: Array, height: float, usual: float) -> float | None:
-    """Return the power of two of the converter's steps that a jump is; None where no power is near."""
-    step = _step(column)
-    near = [step * 2.0**bits for bits in BITS if abs(step * 2.0**bits - height) < usual]
-    return near[0] if step > 0 and near else None
+    The axes (n, 3) share a converter, whose step may be visible on one alone.
+    """
+    for column in mag_nT.T:
+        lattice = find_lattice(column)
+        if lattice is not None and not lattice.floating:
+            bits = int(np.rint(np.log2(height / lattice.step)))
+            if bits in BITS and abs(lattice.step * 2.0**bits - height) < usual:
+                return lattice.step * 2.0**bits, bits
+    return None, 0
