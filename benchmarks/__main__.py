@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import sys
 
-from benchmarks import closed_loop, comparison, dataset, diagnosing, engines, gates, kalman, norm, population
+from benchmarks import closed_loop, comparison, dataset, diagnosing, engines, gates, kalman, norm, population, text_logs
 
-PARTS = (closed_loop, dataset, norm, kalman, population, comparison, engines, gates, diagnosing)
+PARTS = (closed_loop, dataset, text_logs, norm, kalman, population, comparison, engines, gates, diagnosing)
 
 if __name__ == "__main__":
     rows = [row for part in PARTS for row in part.rows()]

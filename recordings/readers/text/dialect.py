@@ -33,7 +33,7 @@ class Dialect:
     def cells(self, line: str) -> list[str]:
         """Return the cells of a line, without surrounding blanks and quotes."""
         if self.quoted and '"' in line:
-            (cells,) = csv.reader([line.strip()], delimiter=self.delimiter, skipinitialspace=True)
+            (cells,) = csv.reader([line.strip("\r\n ")], delimiter=self.delimiter, skipinitialspace=True)
             return [cell.strip() for cell in cells]
         parts = line.split() if self.delimiter == BLANKS else line.strip("\r\n").split(self.delimiter)
         return [part.strip() for part in parts]
