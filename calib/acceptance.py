@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from scipy.special import ndtri, stdtrit
 
 from calib.models.response import Response, of_strength, of_vector, strength_rows
 from calib.numerics.colour import inflation
@@ -23,6 +24,8 @@ wrong attitude or a wrong unit. Soft iron of 10 % left out of a model stays belo
 MAX_CONDITION = 50.0
 """Condition number of an accepted matrix at most: beyond, an axis measures nothing, or two axes measure the same
 component; the strongest soft iron known from vehicles stretches by 2."""
+MANY = 100
+"""Degrees of freedom of the noise beyond which Student's t is a normal distribution, to 1.2 % of a 95 % interval."""
 Extents = tuple[Extent, ...]
 """Extent of the measurements of each sensor; empty for methods that need no more than a plane."""
 NEGATIVE = -1e-3
@@ -101,7 +104,7 @@ def widened(
     if fit.covariance is None or fit.offset_covariance_nT2 is None:
         return fit
     field_nT = in_time(recording, fit.apply(recording))
-    factor = inflation(residual_nT)
+    factor = inflation(residual_nT) * few_factor(residual_nT.size - len(fit.covariance_names))
     flicker_nT2 = flicker_power(*strength_rows(fit, field_nT, reference.strength_nT))
     covariance = factor * fit.covariance
     if flicker_nT2 > 0 and fit.status.kind != "not_converged":
@@ -109,6 +112,16 @@ def widened(
         _add(covariance, fit.covariance_names, moved, flicker_nT2 * flicker_covariance(moved.K, _rate_hz(recording)))
     told = {"covariance_inflation": factor, "flicker_nT_sqrt_hz": float(np.sqrt(flicker_nT2))}
     return replace(fit, covariance=covariance, parameters=fit.parameters | told)
+
+
+def few_factor(freedom: int) -> float:
+    """Factor on a covariance, (t / z)^2, by which 95 % of a normal distribution are 95 % of Student's t.
+
+    freedom : residuals less parameters; 1 for more than MANY
+    """
+    if freedom > MANY:
+        return 1.0
+    return float((stdtrit(max(freedom, 1), 0.975) / ndtri(0.975)) ** 2)
 
 
 def _response(

@@ -187,7 +187,7 @@ class PopulationCalibrator(Calibrator):
     status says how far from the minimum it ended. Covariance: linearised at the solution, noise from the residual.
     """
 
-    min_samples: ClassVar[int] = 20
+    min_samples: ClassVar[int] = 10
     population: Annotated[int, Field(ge=2)] = 100
     iterations: Count = 200
     most_gain: Annotated[float, Field(gt=1)] = 1.5

@@ -33,7 +33,7 @@ class EllipsoidCalibrator(Calibrator):
 
     name: ClassVar[str] = "ellipsoid"
     summary: ClassVar[str] = "9-parameter ellipsoid fit from the field strength; no attitude; rotation not observable"
-    min_samples: ClassVar[int] = 20
+    min_samples: ClassVar[int] = 10
     rounds: Count = 8
     tolerance: Positive = 1e-3
 

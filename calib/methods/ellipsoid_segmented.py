@@ -40,7 +40,7 @@ class EllipsoidSegmented(Calibrator):
 
     name: ClassVar[str] = "ellipsoid_segmented"
     summary: ClassVar[str] = "an ellipsoid a segment, cuts given or found where the ellipsoid moves; no attitude"
-    min_samples: ClassVar[int] = 20
+    min_samples: ClassVar[int] = 10
     sequential: ClassVar[bool] = True
     cuts_s: tuple[float, ...] | None = None
     blocks: Count = 80

@@ -55,7 +55,7 @@ class MaximumLikelihoodGeometric(Calibrator):
 
     name: ClassVar[str] = "ml_geometric"
     summary: ClassVar[str] = "9 parameters by exact maximum likelihood: least distances to an ellipsoid; no attitude"
-    min_samples: ClassVar[int] = 20
+    min_samples: ClassVar[int] = 10
     iterations: Count = 100
     tolerance: Positive = 1e-4
     huber: Positive | None = None

@@ -52,7 +52,7 @@ class MaximumLikelihoodNewton(Calibrator):
 
     name: ClassVar[str] = "ml_newton"
     summary: ClassVar[str] = "9 parameters by Newton on the norm residual; aligned to the field where attitude is known"
-    min_samples: ClassVar[int] = 20
+    min_samples: ClassVar[int] = 10
     iterations: Count = 50
     gradient_tolerance: Positive = 1e-4
     align: bool = True

@@ -33,7 +33,7 @@ class SphereCalibrator(Calibrator):
 
     name: ClassVar[str] = "sphere"
     summary: ClassVar[str] = "offset and one scale from the field strength; no attitude, no soft iron"
-    min_samples: ClassVar[int] = 12
+    min_samples: ClassVar[int] = 10
 
     def _solve(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration | Status:
         scaled = Standardised.of(recording.mag_nT)

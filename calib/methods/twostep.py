@@ -48,7 +48,7 @@ class TwoStep(Calibrator):
 
     name: ClassVar[str] = "twostep"
     summary: ClassVar[str] = "9 parameters from the field strength: centred linear step, then Gauss-Newton; no attitude"
-    min_samples: ClassVar[int] = 20
+    min_samples: ClassVar[int] = 10
     rounds: Count = 6
     iterations: Count = 30
     tolerance: Positive = 1e-3

@@ -33,7 +33,7 @@ class VectorLeastSquares(Calibrator):
     name: ClassVar[str] = "vector_least_squares"
     summary: ClassVar[str] = "12 linear parameters (21 with eddy currents) from attitude and field vector"
     needs: ClassVar[tuple[str, ...]] = ("attitude", "field_vector")
-    min_samples: ClassVar[int] = 12
+    min_samples: ClassVar[int] = 5
     eddy: bool = False
 
     def _solve(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration | Status:

@@ -33,7 +33,7 @@ class VectorLmCalibrator(Calibrator):
     name: ClassVar[str] = "vector_lm"
     summary: ClassVar[str] = "Levenberg-Marquardt on the 21-parameter vector model, well scaled"
     needs: ClassVar[tuple[str, ...]] = ("attitude", "field_vector")
-    min_samples: ClassVar[int] = 21
+    min_samples: ClassVar[int] = 8
     eddy: ClassVar[bool] = True
     tolerance: Positive = 1e-15
     max_evaluations: Count = 100
