@@ -9,12 +9,13 @@ from scipy.special import ndtri, stdtrit
 
 from calib.models.response import Response, of_strength, of_vector, strength_rows
 from calib.numerics.colour import inflation
-from calib.numerics.flicker import flicker_covariance, flicker_power
+from calib.numerics.flicker import DOUBT, flicker_covariance, flicker_power
 from calib.numerics.points import lengths
 from calib.numerics.rates import world_to_body
 from calib.observability import Extent, covariance_status, planar_status, unobservable
 from calib.reference import Reference
-from calib.result import STRENGTH_NAME, Calibration, Status
+from calib.result import OFFSET_NAMES, STRENGTH_NAME, Calibration, Status
+from calib.structure import EVEN_DILUTION, TOLD_FRACTION, Structure, structure_of
 from recordings import Recording
 from scenarios.arrays import Array
 
@@ -99,19 +100,44 @@ def widened(
     """The fit with the covariance scaled for a coloured residual, see `calib.numerics.colour`.
 
     Flicker noise adds a covariance by the response of the fit to each sample, see `calib.numerics.flicker`; not for a
-    fit that has not converged, whose error would count as noise.
+    fit that has not converged, whose error would count as noise. A nonlinear characteristic adds the square of the
+    offset that it moves, and is taken off the residual before colour and flicker noise are looked for, see
+    `calib.structure`.
     """
     if fit.covariance is None or fit.offset_covariance_nT2 is None:
         return fit
     field_nT = in_time(recording, fit.apply(recording))
+    rows = strength_rows(fit, field_nT, reference.strength_nT)
+    distortion_nT = None
+    if not vector:
+        structure = structure_of(fit, field_nT, reference.strength_nT)
+        residual_nT, distortion_nT = structure.left_nT, structure.distortion_nT
+        rows = (residual_nT, rows[1])
     factor = inflation(residual_nT) * few_factor(residual_nT.size - len(fit.covariance_names))
-    flicker_nT2 = flicker_power(*strength_rows(fit, field_nT, reference.strength_nT))
+    flicker_nT2, doubt_nT2 = flicker_power(*rows)
     covariance = factor * fit.covariance
-    if flicker_nT2 > 0 and fit.status.kind != "not_converged":
+    if (flicker_nT2 > 0 or distortion_nT is not None) and fit.status.kind != "not_converged":
         moved = response or _response(fit, field_nT, recording, reference, vector=vector)
-        _add(covariance, fit.covariance_names, moved, flicker_nT2 * flicker_covariance(moved.K, _rate_hz(recording)))
+        if flicker_nT2 > 0:
+            lasting = flicker_covariance(moved.K, _rate_hz(recording))
+            _add(covariance, fit.covariance_names, moved, (flicker_nT2 + DOUBT * doubt_nT2) * lasting)
+        if distortion_nT is not None:
+            error_nT2 = _distortion_error(moved, distortion_nT, reference.strength_nT)
+            _add(covariance, fit.covariance_names, moved, error_nT2)
     told = {"covariance_inflation": factor, "flicker_nT_sqrt_hz": float(np.sqrt(flicker_nT2))}
     return replace(fit, covariance=covariance, parameters=fit.parameters | told)
+
+
+def _distortion_error(moved: Response, distortion_nT: Array, strength_nT: float) -> Array:
+    """Square of what a distortion (n, 3) of the measurements moves: b b^T + (max |d|^2 / F)^2 I of the offset.
+
+    b = sum K_i d_i to first order; the second order is no more than the square of the distortion. S keeps its claim,
+    since a gain that varies along the range has no error.
+    """
+    offset = np.array([name in OFFSET_NAMES for name in moved.names])
+    bias_nT = offset * np.einsum("npi,ni->p", moved.K, distortion_nT)
+    second_nT = float(np.max(np.sum(distortion_nT**2, axis=1))) / strength_nT
+    return np.asarray(np.outer(bias_nT, bias_nT) + np.diag(offset * second_nT**2))
 
 
 def few_factor(freedom: int) -> float:
@@ -144,6 +170,49 @@ def _add(covariance: Array, names: tuple[str, ...], response: Response, more: Ar
     both = [name for name in response.names if name in names]
     rows, those = [names.index(name) for name in both], [response.names.index(name) for name in both]
     covariance[np.ix_(rows, rows)] += more[np.ix_(those, those)]
+
+
+def judgement(
+    fit: Calibration, residual_nT: Array, recording: Recording, reference: Reference, *, vector: bool
+) -> Status | None:
+    """Status of a fit by `unsupported`, with the residual's structure as the cause; None where the fit's own stands.
+
+    A covariance too large is caused by structure where directions spread evenly would leave it too large, and by the
+    motion elsewhere. An "ok" whose residual has structure of TOLD_FRACTION of the field says so.
+    """
+    worse = unsupported(fit, residual_nT, reference)
+    if vector or fit.covariance is None or "S_xx" not in fit.covariance_names:
+        return worse
+    if worse != covariance_status(fit, reference.strength_nT) or "ok" != fit.status.kind:
+        return worse
+    structure = structure_of(fit, in_time(recording, fit.apply(recording)), reference.strength_nT)
+    if structure.kind == "white":
+        return worse
+    return _caveat(fit, structure, reference) if worse is None else _caused(fit, structure, reference, worse)
+
+
+def _caveat(fit: Calibration, structure: Structure, reference: Reference) -> Status | None:
+    """Ok with the structure as a caveat, where large and without another caveat."""
+    if fit.status.reason or structure.rms_nT <= TOLD_FRACTION * reference.strength_nT:
+        return None
+    return Status("ok", f"{structure.text}; {structure.remedy}")
+
+
+def _caused(fit: Calibration, structure: Structure, reference: Reference, motion: Status) -> Status:
+    """The structure as the cause of a covariance too large, or the motion where even directions would help."""
+    assert fit.covariance is not None
+    even = replace(fit, covariance=fit.covariance * min(1.0, (EVEN_DILUTION / structure.dilution) ** 2))
+    if structure.kind != "characteristic" and covariance_status(even, reference.strength_nT) is None:
+        return motion
+    return Status("unobservable", f"{_worst_text(fit, reference)}: {structure.text}; {structure.remedy}")
+
+
+def _worst_text(fit: Calibration, reference: Reference) -> str:
+    """The largest standard deviation of the offset in the calibrated field."""
+    assert fit.offset_covariance_nT2 is not None
+    worst = float(np.sqrt(np.linalg.eigvalsh(fit.matrix @ fit.offset_covariance_nT2 @ fit.matrix.T)[-1]))
+    share = 100 * worst / reference.strength_nT
+    return f"the offset has a standard deviation of {worst:.3g} nT ({share:.2g} % of the field)"
 
 
 def unsupported(fit: Calibration, residual_nT: Array, reference: Reference) -> Status | None:

@@ -14,11 +14,11 @@ from calib.acceptance import (
     Extents,
     extents,
     flat_status,
+    judgement,
     measured,
     own_reference,
     planar,
     residual_of,
-    unsupported,
     widened,
 )
 from calib.numerics.rates import world_to_body
@@ -181,8 +181,10 @@ class Calibrator(ABC):
             return result
         if not self.sequential:
             result = widened(result, residual_nT, recording, reference, vector=self._fits_vector)
-        worse = None if "scalar" in self.needs else unsupported(result, residual_nT, reference)
-        if worse is None or worse.kind == result.status.kind:
+        if "scalar" in self.needs:
+            return result
+        worse = judgement(result, residual_nT, recording, reference, vector=self._fits_vector)
+        if worse is None or (worse.kind == result.status.kind and worse.kind != "ok"):
             return result
         return replace(result, status=worse)
 

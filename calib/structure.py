@@ -1,0 +1,166 @@
+"""Structure of a residual that is not white: a function of the direction in the body, of the field, or of the axes.
+
+r_i = |h_i| - F = a_i . n_i:  n_j = F (alpha_j c_j^2 + beta_j c_j^3), c = S u, for a nonlinear characteristic of axis j;
+r_i of any direction for a field that changes with time or place;  n slow for drift, currents and moving iron
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from calib.models.response import strength_columns, strength_rows
+from calib.numerics.colour import BLOCKS, LEAST_BLOCK, block_mean_square, inflation
+from calib.numerics.flicker import strength_and_axes
+from calib.result import Calibration
+from scenarios.arrays import Array
+
+FOLDS = BLOCKS[0]
+"""Blocks of time, each predicted by a characteristic fitted to the remaining blocks."""
+TERMS = 6
+"""Quadratic and cubic terms of three axes."""
+SEEN_T = 4.0
+"""Student's t of the gains of the blocks from which on a characteristic is seen: white noise, flicker noise, drift and
+uneven rooms of 20 simulated logs gave at most 0.5, a characteristic of 3 % at least 5."""
+MOST_SAMPLES = 20_000
+"""Samples, evenly spaced, that a characteristic is fitted to."""
+UNEVEN = 1.3
+"""Ratio of the evidence for a change of the field to that of the sensor's axes from which on the field is named: rooms
+uneven by 0.5 % gave 1.3 to 2.4, flicker noise and drift 0.3 to 1.3."""
+TOLD_FRACTION = 0.001
+"""An "ok" names structure of this rms, in parts of the field."""
+EVEN_DILUTION = float(np.sqrt(3.0))
+"""Deviation of the offset, in units of noise / sqrt(n), for directions spread evenly over the sphere."""
+
+StructureKind = Literal["white", "characteristic", "field", "axes"]
+CAUSES: dict[StructureKind, str] = {
+    "characteristic": "depends on the direction in the body: a nonlinear characteristic of the sensor's axes, or a "
+    "saturated axis",
+    "field": "changes with time or place and not with the direction: an uneven room, or iron that moves outside",
+    "axes": "changes with time along the sensor's axes: drift, flicker noise, currents, or iron that moves "
+    "with the body",
+}
+REMEDIES: dict[StructureKind, str] = {
+    "characteristic": "cover the whole sphere evenly, linearise the sensor, or reduce its hard iron",
+    "field": "turn in one place, in the open, away from iron",
+    "axes": "let the sensor warm up, switch off what draws current, and turn faster",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Structure:
+    """What a residual holds beside white noise.
+
+    rms_nT : rms of the structure; residual_nT : of the residual; left_nT : residual (n,) without a characteristic
+    distortion_nT : (n, 3) of a characteristic in the measurements; dilution : deviation of the offset in any direction
+    at most, in units of residual_nT / sqrt(n)
+    """
+
+    kind: StructureKind
+    rms_nT: float
+    residual_nT: float
+    left_nT: Array
+    distortion_nT: Array | None
+    dilution: float
+
+    @property
+    def text(self) -> str:
+        """The cause in words."""
+        return f"the residual ({self.residual_nT:.3g} nT rms) is not noise, it {CAUSES[self.kind]}"
+
+    @property
+    def remedy(self) -> str:
+        """What to do about the cause."""
+        return REMEDIES[self.kind]
+
+
+def structure_of(fit: Calibration, field_nT: Array, strength_nT: float) -> Structure:
+    """The structure of a fit's residual, in order of time, from the corrected field (n, 3)."""
+    r, a = strength_rows(fit, field_nT, strength_nT)
+    distortion_nT, left = _characteristic(fit, field_nT, strength_nT) or (None, r)
+    rms_nT, residual_nT = _slow_rms(left), float(np.sqrt(np.mean(r * r)))
+    kind: StructureKind = "white"
+    if distortion_nT is not None:
+        kind, rms_nT = "characteristic", float(np.sqrt(np.mean((r - left) ** 2)))
+    elif rms_nT > 0.0:
+        kind = _slow_kind(r, a)
+    return Structure(kind, rms_nT, residual_nT, left, distortion_nT, _dilution(fit, field_nT, strength_nT))
+
+
+def _slow_rms(r: Array) -> float:
+    """Rms of the means over the shortest blocks of a residual (n,); zero for a white one."""
+    counts = [blocks for blocks in BLOCKS if len(r) // blocks >= LEAST_BLOCK]
+    if not counts or inflation(r) == 1.0:
+        return 0.0
+    return float(np.sqrt(block_mean_square(np.ascontiguousarray(r[:, None]), counts[-1])))
+
+
+def _slow_kind(r: Array, a: Array) -> StructureKind:
+    """Field or axes, by the covariance of samples near in time."""
+    strength, axes = strength_and_axes(r, a)
+    return "field" if strength > UNEVEN * axes else "axes"
+
+
+def _dilution(fit: Calibration, field_nT: Array, strength_nT: float) -> float:
+    """sqrt(n max eig(A H A^T)) sigma_d / sigma_r,  H = (sum w J J^T)^-1 of the offset,  sigma_d^2 = mean w r^2."""
+    step = max(1, len(field_nT) // MOST_SAMPLES)
+    field_nT = field_nT[::step]
+    r, _ = strength_rows(fit, field_nT, strength_nT)
+    a, J, _ = strength_columns(fit, field_nT, strength_nT)
+    weight = 1.0 / np.einsum("ni,ni->n", a, a)
+    offset = np.linalg.pinv((J * weight[:, None]).T @ J, hermitian=True)[:3, :3]
+    worst = float(np.linalg.eigvalsh(fit.matrix @ offset @ fit.matrix.T)[-1])
+    square = float(r @ r)
+    return float(np.sqrt(len(r) * worst * (float(weight @ r**2) / square if square > 0 else 1.0)))
+
+
+def _characteristic(fit: Calibration, field_nT: Array, strength_nT: float) -> tuple[Array, Array] | None:
+    """Distortion (n, 3) of the measurements by alpha c^2 + beta c^3 on each axis, nT, and the residual (n,) of a fit
+    with the six terms; None where no characteristic is seen.
+
+    Seen : fitted to all blocks of time but one, the six terms predict that one better than offset and S alone.
+    """
+    step = max(1, len(field_nT) // MOST_SAMPLES)
+    if len(field_nT) // step < FOLDS * LEAST_BLOCK or "S_xx" not in fit.covariance_names:
+        return None
+    r, a, X, c = _columns(fit, field_nT, strength_nT)
+    size = np.sqrt(np.mean(X * X, axis=0)) + np.finfo(float).tiny
+    scale = 1.0 / np.sqrt(np.einsum("ni,ni->n", a, a))
+    found, gains = _predicted((X / size * scale[:, None])[::step], (r * scale)[::step])
+    spread = float(np.std(gains, ddof=1))
+    if not np.mean(gains) > SEEN_T * spread / np.sqrt(FOLDS) > 0.0:
+        return None
+    alpha, beta = np.split((found / size)[-TERMS:], 2)
+    return np.asarray(alpha * c**2 + beta * c**3), r - X @ (found / size)
+
+
+def _columns(fit: Calibration, field_nT: Array, strength_nT: float) -> tuple[Array, Array, Array, Array]:
+    """r (n,), a (n, 3), the columns of offset, S and the six terms (n, k), and c (n, 3)."""
+    r, _ = strength_rows(fit, field_nT, strength_nT)
+    fitted_nT = field_nT * (strength_nT / (r + strength_nT))[:, None]  # r itself would enter the columns
+    a, J, _ = strength_columns(fit, fitted_nT, strength_nT)
+    S = np.linalg.inv(fit.matrix)
+    c = fitted_nT @ S.T / (strength_nT * np.linalg.norm(S, 2))
+    return r, a, np.concatenate((J, a * c**2, a * c**3), axis=1), c
+
+
+def _predicted(X: Array, y: Array) -> tuple[Array, Array]:
+    """Least squares of y on X, and the gain (FOLDS,) of the last TERMS columns in each block held out."""
+    base = X.shape[1] - TERMS
+    length = len(y) // FOLDS
+    parts = [slice(k * length, (k + 1) * length) for k in range(FOLDS)]
+    squares = np.stack([X[part].T @ X[part] for part in parts])
+    slopes = np.stack([X[part].T @ y[part] for part in parts])
+    square, slope = squares.sum(axis=0), slopes.sum(axis=0)
+    gains = np.empty(FOLDS)
+    for k, part in enumerate(parts):
+        rest, pull = square - squares[k], slope - slopes[k]
+        few = y[part] - X[part][:, :base] @ _solved(rest[:base, :base], pull[:base])
+        gains[k] = float(few @ few) - float(np.sum((y[part] - X[part] @ _solved(rest, pull)) ** 2))
+    return _solved(square, slope), gains
+
+
+def _solved(square: Array, slope: Array) -> Array:
+    return np.asarray(np.linalg.lstsq(square, slope, rcond=1e-12)[0])
