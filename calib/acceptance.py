@@ -183,7 +183,7 @@ def judgement(
     worse = unsupported(fit, residual_nT, reference)
     if vector or fit.covariance is None or "S_xx" not in fit.covariance_names:
         return worse
-    if worse != covariance_status(fit, reference.strength_nT) or "ok" != fit.status.kind:
+    if worse != covariance_status(fit, reference.strength_nT) or fit.status.kind != "ok":
         return worse
     structure = structure_of(fit, in_time(recording, fit.apply(recording)), reference.strength_nT)
     if structure.kind == "white":

@@ -94,15 +94,19 @@ def in_unit_of(fit: Calibration, factor: float) -> Calibration:
         fit,
         offset_nT=fit.offset_nT / factor,
         matrix=fit.matrix * gain,
-        eddy_s=None if fit.eddy_s is None else fit.eddy_s / gain,
+        eddy_s=_times(fit.eddy_s, 1.0 / gain),
         parameters={name: value * _unit(name, factor, own=own) for name, value in fit.parameters.items()},
-        covariance=None if fit.covariance is None else fit.covariance * np.outer(unit, unit),
-        array_offset_nT=None if fit.array_offset_nT is None else fit.array_offset_nT / factor,
-        array_matrix=None if fit.array_matrix is None else fit.array_matrix * gain,
+        covariance=_times(fit.covariance, np.outer(unit, unit)),
+        array_offset_nT=_times(fit.array_offset_nT, 1.0 / factor),
+        array_matrix=_times(fit.array_matrix, gain),
         segments=tuple(
             replace(part, offset_nT=part.offset_nT / factor, matrix=part.matrix * gain) for part in fit.segments
         ),
     )
+
+
+def _times(values: Array | None, factor: float | Array) -> Array | None:
+    return None if values is None else np.asarray(values * factor)
 
 
 def _unit(name: str, factor: float, *, own: bool) -> float:

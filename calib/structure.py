@@ -22,8 +22,8 @@ FOLDS = BLOCKS[0]
 TERMS = 6
 """Quadratic and cubic terms of three axes."""
 SEEN_T = 4.0
-"""Student's t of the gains of the blocks from which on a characteristic is seen: white noise, flicker noise, drift and
-uneven rooms of 20 simulated logs gave at most 0.5, a characteristic of 3 % at least 5."""
+"""Student's t of the gains of the blocks from which on a characteristic is seen: 200 simulated logs of white noise on
+the whole sphere and parts of it gave at most 1.0, drift and uneven rooms 0, a characteristic of 3 % at least 5."""
 MOST_SAMPLES = 20_000
 """Samples, evenly spaced, that a characteristic is fitted to."""
 UNEVEN = 1.3
