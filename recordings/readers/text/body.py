@@ -91,7 +91,7 @@ class TableBody:
     def _table(self, cells: TypedColumns, rows: int) -> pa.Table:
         units = dict(zip(self.layout.names, self.layout.units, strict=True))
         columns = _taken(cells.columns, np.flatnonzero(~cells.wrong), rows)
-        units |= dict.fromkeys(cells.clocks, "s")
+        units |= cells.units
         fields = [
             pa.field(name, column.type, metadata={"unit": units[name]} if units[name] else None)
             for name, column in columns.items()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -10,11 +11,14 @@ import pyarrow.compute as pc
 from numpy.typing import NDArray
 
 from recordings.readers.text.times import Mask, WrittenTimes, timestamps, unwrapped_s, written_times
-from recordings.readers.text.words import EMPTY, NUMBER
+from recordings.readers.text.words import EMPTY, GROUPED, NUMBER, is_unit
 
 LEAST_REPEATS = 3
 """A wrong cell of a text that occurs so often in its column is a mark for "no value"; damage differs each time."""
-_NUMBER = rf"^{NUMBER}$"
+_NUMBER, _GROUPED = rf"^{NUMBER}$", rf"^{GROUPED}$"
+_DRESSED = rf"^[\[({{<]?\s*(?P<number>{NUMBER})\s*(?P<rest>\S*)$"
+"""A number in brackets, with a unit or with a checksum."""
+_CHECKSUM = re.compile(r"\*[0-9A-Fa-f]{2}")
 _COMMENT = r"^(#|%|//)"
 _MICROSECONDS = 1000
 
@@ -28,12 +32,12 @@ class TypedColumns:
     columns : by name, in the file's order.
     wrong : (n,) rows with a cell that is neither what its column holds nor empty.
     notes : what was joined, unwrapped and taken as empty.
-    clocks : columns that were bare clocks and are seconds.
+    units : of columns whose cells tell them; seconds of bare clocks.
     """
 
     columns: dict[str, pa.Array]
     wrong: Mask
-    clocks: list[str] = field(default_factory=list)
+    units: dict[str, str] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
 
 
@@ -91,7 +95,7 @@ def _stamped(name: str, written: WrittenTimes, found: TypedColumns) -> pa.Array:
     if written.days is not None:
         return timestamps(written.days, written.clock_ns, written.known, written.zoned)
     clock_s, nights = unwrapped_s(np.where(written.known, written.clock_ns / 1e9, np.nan))
-    found.clocks.append(name)
+    found.units[name] = "s"
     found.notes += (
         [f"{name}: the clock passes midnight {f'{nights} times' if nights > 1 else 'once'}"] if nights else []
     )
@@ -112,17 +116,33 @@ def _times_in(column: pa.Array) -> WrittenTimes | None:
 
 def _numbers_or_words(name: str, column: pa.Array, decimal: str, found: TypedColumns) -> pa.Array:
     """Return text as numbers where at least half of its cells are numbers, and mark the rows of wrong cells."""
-    cells, empty = _trimmed(column), _empty(column)
-    plain = pc.replace_substring(cells, decimal, ".") if decimal != "." else cells
+    empty = _empty(column)
+    plain, unit = _bare_numbers(_trimmed(column), decimal)
     numeric = _mask(pc.match_substring_regex(plain, _NUMBER))
     wrong = ~numeric & ~empty
     if numeric.sum() < max(wrong.sum(), 1):
         return column
-    marks = _marks(cells, wrong)
+    marks = _marks(plain, wrong)
     for mark, count in marks.items():
         found.notes.append(f"{name}: {mark!r} in {count} cells was taken as empty")
-    found.wrong |= wrong & ~_mask(pc.is_in(cells, pa.array(list(marks), pa.string())))
+    found.wrong |= wrong & ~_mask(pc.is_in(plain, pa.array(list(marks), pa.string())))
+    found.units |= {name: unit} if unit else {}
     return pc.if_else(pa.array(numeric), plain, None).cast(pa.float64())
+
+
+def _bare_numbers(cells: pa.Array, decimal: str) -> tuple[pa.Array, str]:
+    """Return cells with a decimal point, without marks of thousands, brackets, checksums and units; and the unit."""
+    if decimal == ",":
+        swapped = pc.replace_substring(pc.replace_substring(cells, ".", "\0"), ",", ".")
+        cells = pc.replace_substring(swapped, "\0", ",")
+    grouped = pc.match_substring_regex(cells, _GROUPED)
+    cells = pc.if_else(grouped, pc.replace_substring(cells, ",", ""), cells)
+    dressed = pc.extract_regex(cells, _DRESSED)
+    rests = [rest for rest in pc.unique(pc.struct_field(dressed, "rest")).to_pylist() if rest]
+    units = [rest for rest in rests if is_unit(rest)]
+    if len(units) > 1 or not all(rest in (*units, *"])}>") or _CHECKSUM.fullmatch(rest) for rest in rests):
+        return cells, ""
+    return pc.coalesce(pc.struct_field(dressed, "number"), cells), "".join(units)
 
 
 def _marks(cells: pa.Array, wrong: Mask) -> dict[str, int]:

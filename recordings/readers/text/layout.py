@@ -15,6 +15,8 @@ MOST_LINES = 300
 """Lines among which the first row is looked for; the whole head where they hold none."""
 MOST_HEADER_LINES = 4
 """Names, units, and what data loggers add below."""
+OPTIONAL = ("", "comment", "comments", "remark", "remarks", "note", "notes")
+"""A last column's name whose cells and delimiters most rows lack."""
 Cells = list[str]
 
 
@@ -108,7 +110,7 @@ def _has_values(rows: Sequence[Cells], column: int) -> bool:
 def _header(above: Sequence[str], rows: Sequence[Cells], dialect: Dialect) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return names and units from the lines above the rows, the nearest first: plain lines, else comments."""
     width = len(rows[0])
-    plain = [line for line in above if not dialect.is_comment(line)]
+    plain = [line for line in above if not dialect.is_comment(line) and not _holds_values(line, dialect)]
     comments = [without_mark(line) for line in above if dialect.is_comment(line) and line.strip()]
     for lines in (plain, comments):
         found = _names_and_units(lines[-MOST_HEADER_LINES:], rows, dialect)
@@ -154,12 +156,19 @@ def _fitted(line: str, rows: Sequence[Cells], dialect: Dialect) -> Cells | None:
 
 
 def _of_width(cells: Cells, rows: Sequence[Cells]) -> Cells | None:
-    """Return as many cells as the rows have, where they differ by an empty last cell at most."""
+    """Return as many cells as the rows have, where they differ by an empty last cell or one for remarks at most."""
     width = len(rows[0])
     if len(cells) == width - 1 and not _has_values(rows, width - 1):
         return [*cells, ""]
-    cells = cells[:-1] if len(cells) == width + 1 and not cells[-1] else cells
+    optional = cells[-1].lower() in OPTIONAL
+    cells = cells[:-1] if len(cells) == width + 1 and optional else cells
     return cells if len(cells) == width else None
+
+
+def _holds_values(line: str, dialect: Dialect) -> bool:
+    """Return whether at least half of a line's cells are values, as in a row of another length."""
+    cells = dialect.cells(line)
+    return 2 * sum(map(dialect.is_value, cells)) >= len(cells)
 
 
 def _are_units(cells: Cells) -> bool:

@@ -25,6 +25,7 @@ _VALUE = rf"(?:{TIME}|{NUMBER}|[Nn][Aa][Nn])"
 _NAME = r"[A-Za-z][\w./]*(?: [\w./]+)*(?: ?[(\[][^)\]]*[)\]])?"
 _UNIT = r"(?P<unit>[^\s,;|:={}\d]+)(?=[\s,;|}]|$)(?!\s*[:=])"
 _NAMED = re.compile(rf'"?(?P<name>{_NAME})"?\s*[:=]\s*"?(?P<value>{_VALUE})(?![\w:])(?:\s*{_UNIT})?')
+_TIME = re.compile(TIME)
 _LOOSE = re.compile(rf"(?<![\w.^]){NUMBER}(?![\w.])")
 
 
@@ -34,31 +35,32 @@ class PrintForm:
 
     Parameters
     ----------
-    lead : the text before the first name, which may tell the sensor.
     names : in the order of the line.
+    gaps : the text before each name, which may tell the sensor.
     units : one a name, empty where the line tells none.
     """
 
-    lead: str
     names: tuple[str, ...]
+    gaps: tuple[str, ...]
     units: tuple[str, ...]
 
     @property
     def pattern(self) -> str:
         """The regular expression of the form, with a group a value."""
-        lead = re.sub(r"\d+", r"\\d+", re.escape(self.lead))
+        lead = re.sub(r"\d+", r"\\d+", re.escape(self.gaps[0]))
         named = [rf'"?{re.escape(name)}"?\s*[:=]\s*"?(?P<v{k}>{_VALUE})' for k, name in enumerate(self.names)]
         return rf"^\s*{lead}" + ".*?".join(named)
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """The names, single letters with the sensor's word of the lead or of the name before: `Mag X: 1 Y: 2`."""
-        sensor = next((word for word in re.findall(r"[A-Za-z]\w*", self.lead) if kind_of(word)), "")
-        found = []
-        for name in self.names:
+        """The names, single letters with the sensor's word of the gap or of the name before: `Mag X: 1 Y: 2`."""
+        sensor, found = "", list[str]()
+        for name, gap in zip(self.names, self.gaps, strict=True):
+            sensor = next((word for word in re.findall(r"[A-Za-z]\w*", gap) if kind_of(word)), sensor)
             *before, last = re.split(r"[ _.]", name)
             sensor = "_".join(before) if before and last.lower() in AXES else sensor
-            found.append(f"{sensor}_{last}" if sensor and last.lower() in AXES else name)
+            new = f"{sensor}_{last}" if sensor and last.lower() in AXES else name
+            found.append(f"{new}_{found.count(new) + 1}" if new in found else new)
         return tuple(found)
 
     @property
@@ -80,11 +82,13 @@ class PrintForm:
 def print_form(line: str) -> PrintForm | None:
     """Return the form of a line of names and values; None for a line with more bare numbers than named values."""
     found = list(_NAMED.finditer(line))
-    if not found or len(_LOOSE.findall(_NAMED.sub(" ", line))) > len(found):
+    if not found or 2 * len(_LOOSE.findall(_TIME.sub(" ", _NAMED.sub(" ", line)))) > len(found):
         return None
     units = (match["unit"] or "" for match in found)
     known = tuple(unit if is_unit(unit) else "" for unit in units)
-    return PrintForm(line[: found[0].start()].lstrip(), tuple(match["name"] for match in found), known)
+    ends = [0, *(match.end() for match in found)]
+    gaps = (line[end : match.start()].lstrip() for end, match in zip(ends, found, strict=False))
+    return PrintForm(tuple(match["name"] for match in found), tuple(gaps), known)
 
 
 def print_forms(lines: Sequence[str]) -> list[PrintForm]:
@@ -93,9 +97,11 @@ def print_forms(lines: Sequence[str]) -> list[PrintForm]:
     forms = [form for line in written if (form := print_form(line)) is not None]
     if not written or len(forms) < LEAST_SHARE * len(written):
         return []
-    counts = Counter((form.lead, form.names) for form in forms)
-    first = {(form.lead, form.names): form for form in reversed(forms)}
-    return [first[key] for key in dict.fromkeys((form.lead, form.names) for form in forms) if counts[key] > 1]
+    first: dict[str, PrintForm] = {}
+    counts = Counter(form.pattern for form in forms)
+    for form in forms:
+        first.setdefault(form.pattern, form)
+    return [form for pattern, form in first.items() if counts[pattern] > 1]
 
 
 def read_prints(text: EncodedText, forms: Sequence[PrintForm]) -> FileContents:

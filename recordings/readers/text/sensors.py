@@ -50,16 +50,18 @@ def prefix(word: str) -> str:
     return kind_of(word) or letters(word) or "value"
 
 
-def names_of(word: str, given: Sequence[str], values: int, timed: bool) -> list[str]:
+def names_of(word: str, given: Sequence[str], values: int, timed: bool, run: int) -> list[str]:
     """Return the names of the values in lines of a word: as given, else `mag_x` and so on after a time.
 
     given : names from a header, empty where there is none; a single letter gets the sensor's name before it.
     timed : whether the first value is a time.
+    run : the numbers that follow the time without words between them.
     """
     if is_nine(word, values):
         return [f"{letters(word)}_{name}" for name in NINE_NAMES]
+    sensor = prefix(word)
     if given:
-        return [f"{prefix(word)}_{name.lower()}" if name.lower() in AXES else name for name in given]
-    rest = values - timed
-    parts = AXES if rest == len(AXES) else [str(k) for k in range(1, rest + 1)]
-    return [*(["time"] if timed else []), *(f"{prefix(word)}_{part}" for part in parts)]
+        return [f"{sensor}_{name.lower()}" if name.lower() in AXES else name for name in given]
+    behind = [str(k + 1) for k in range(values - timed)]
+    parts = [*AXES, *behind[len(AXES) :]] if run == len(AXES) else behind
+    return [*["time"][: int(timed)], *(f"{sensor}_{part}" for part in parts)]

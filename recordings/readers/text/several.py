@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import takewhile
 from pathlib import Path
 
 import numpy as np
@@ -78,12 +79,20 @@ class SensorLog:
             chosen = chosen.replaced(COLON, rf"\1{self.dialect.delimiter}")
         at, width = self.tagged.at, self.tagged.widths[word]
         given = self.tagged.names(word)
-        names = names_of(word, given, width - 1, width > len(AXES) + 1 and self._rises(word))
+        timed = width > len(AXES) + 1 and self._rises(word)
+        names = names_of(word, given, width - 1, timed, self._run(word) - timed)
         layout = TableLayout((*names[:at], "", *names[at:]), ("",) * width, 0)
         ended = self.text.ended or len(lines) not in chosen.numbers[-1:]
         body = TableBody(self.path, chosen.joined(ended), layout, self.dialect, chosen.numbers)
         found = body.contents(lambda name: True, EncodedText(b""))
-        return FileContents({"": _in_units(found.table)}, found.notes) if is_nine(word, width - 1) else found
+        table = _in_units(found.table) if is_nine(word, width - 1) else _with_unit_of_all(word, found.table)
+        return FileContents({"": table}, found.notes)
+
+    def _run(self, word: str) -> int:
+        """Return how many values of a word's lines, in the median, come before the first that holds no digit."""
+        values = [[cell for k, cell in enumerate(cells) if k != self.tagged.at] for cells in self.tagged.rows[word]]
+        runs = [len(list(takewhile(lambda cell: any(map(str.isdigit, cell)), cells))) for cells in values]
+        return sorted(runs)[len(runs) // 2]
 
     def _rises(self, word: str) -> bool:
         """Return whether the first value of a word's first lines is a clock, or never goes back and does not stay."""
@@ -104,6 +113,15 @@ def _in_units(table: pa.Table) -> pa.Table:
         field = pa.field(name, pa.float64(), metadata={"unit": unit})
         table = table.set_column(table.column_names.index(name), field, values)
     return table
+
+
+def _with_unit_of_all(word: str, table: pa.Table) -> pa.Table:
+    """Return the axes of a sensor with the unit that stands behind the last: `M: 0.1, 0.2, 0.3 gauss`."""
+    fields = {field.name: field for field in table.schema}
+    own = [fields[name] for axis in AXES if (name := f"{prefix(word)}_{axis}") in fields]
+    told = next((field.metadata for field in own if field.metadata), None)
+    fields |= {field.name: field.with_metadata(told) for field in own if told}
+    return table.cast(pa.schema(list(fields.values())))
 
 
 def _joined(main: pa.Table, streams: Mapping[str, pa.Table]) -> tuple[pa.Table, list[str]]:

@@ -20,6 +20,8 @@ TIME = "time"
 """The name of the column of the stamps."""
 _TIME = rf"((?:{DATE}[ T])?{CLOCK})"
 STAMP = rf"^\s*(?:\[{_TIME}\]|{_TIME}\s*->|{_TIME}\s*>)\s*"
+BARE = rf"^\s*{_TIME}()()[\s,;]+"
+"""A time before names and values, which needs no sign of its own."""
 _WITH_VALUES = STAMP + r"(?:.*[\s,;|:=\"])?[-+]?\.?\d"
 
 
@@ -28,13 +30,15 @@ def unstamped(text: EncodedText, lines: Sequence[str], quoted: bool) -> EncodedT
 
     Before a line without numbers, the header, stands the column's name in place of a stamp.
     """
-    found = [re.match(STAMP, line) for line in lines if line.strip()]
-    if not found or sum(match is not None for match in found) < LEAST_SHARE * len(found):
+    pattern = next((pattern for pattern in (STAMP, BARE) if _are_stamped(lines, pattern)), None)
+    if pattern is None:
         return text
-    rests = [re.sub(STAMP, "", line) for line in lines]
+    rests = [re.sub(pattern, "", line) for line in lines]
+    if pattern == BARE and not print_forms(rests):
+        return text
     every = lines_of(text.data)
     if print_forms(rests):
-        stamped = every.replaced(STAMP, rf"{TIME}: \1\2\3 ").text
+        stamped = every.replaced(pattern, rf"{TIME}: \1\2\3 ").text
     else:
         delimiter = dialect_of(rests, quoted).delimiter
         cells = every.replaced(STAMP, rf"\1\2\3{delimiter}").text
@@ -42,3 +46,8 @@ def unstamped(text: EncodedText, lines: Sequence[str], quoted: bool) -> EncodedT
         stamped = pc.if_else(pc.match_substring_regex(every.text, _WITH_VALUES), cells, header)
     whole = ChosenLines(pa.array(stamped), every.numbers).joined(text.ended)
     return EncodedText(bytes(whole), text.notes)
+
+
+def _are_stamped(lines: Sequence[str], pattern: str) -> bool:
+    written = [line for line in lines if line.strip()]
+    return bool(written) and sum(bool(re.match(pattern, line)) for line in written) >= LEAST_SHARE * len(written)

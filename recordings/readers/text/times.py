@@ -27,7 +27,15 @@ _DATES = (
     r"(?P<left>\d{1,2})[-/](?P<right>\d{1,2})[-/](?P<year>\d{4}|\d{2})",
     r"(?P<day>\d{1,2})[- ](?P<name>[A-Za-z]{3})[a-z]*[- ](?P<year>\d{4})",
 )
-_PATTERNS = (rf"^\s*{_CLOCK}\s*$", *(rf"^\s*{date}(?:[T ,_]\s*{_CLOCK})?\s*$" for date in _DATES))
+_COMPACT = (
+    r"(?P<year>\d{4})(?P<month>\d{2})(?P<day>\d{2})T(?P<hour>\d{2})(?P<minute>\d{2})(?P<second>\d{2})"
+    r"(?:\.(?P<fraction>\d{1,9}))?(?P<half>)(?P<zone>Z|UTC|GMT|[+-]\d{2}(?::?\d{2})?)?"
+)
+_PATTERNS = (
+    rf"^\s*{_CLOCK}\s*$",
+    rf"^\s*{_COMPACT}\s*$",
+    *(rf"^\s*{date}(?:[T ,_]\s*{_CLOCK})?\s*$" for date in _DATES),
+)
 """Every form as a regular expression, the bare clock first."""
 _MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
 _YEARS = (1678, 2261)

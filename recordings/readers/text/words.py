@@ -31,15 +31,17 @@ SPELT = sorted({case(word) for word in EMPTY if not word.startswith("-") for cas
 
 NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 """A decimal number with a point."""
+GROUPED = r"[+-]?\d{1,3}(?:,\d{3})+\.\d+"
+"""A number with marks between thousands: with a decimal mark too, else 1,234 might be either."""
 CLOCK = r"\d{1,2}:\d{2}(?::\d{2}(?:[.,:]\d{1,9})?)?(?:\s*[AaPp]\.?[Mm]\.?)?"
 DATE = (
     r"(?:\d{4}[-/.]\d{1,2}[-/.]\d{1,2}|\d{1,2}[-/.]\d{1,2}[-/.](?:\d{4}|\d{2})|\d{1,2}[- ][A-Za-z]{3}[a-z]*[- ]\d{4})"
 )
 ZONE = r"(?:\s*(?:Z|UTC|GMT|[+-]\d{2}(?::?\d{2})?))?"
-TIME = rf"(?:{DATE}(?:[T ,_]\s*{CLOCK}{ZONE})?|{CLOCK}{ZONE})"
+COMPACT = r"\d{8}T\d{6}(?:\.\d{1,9})?"
+TIME = rf"(?:{COMPACT}{ZONE}|{DATE}(?:[T ,_]\s*{CLOCK}{ZONE})?|{CLOCK}{ZONE})"
 
 COMMENT_MARKS = ("#", "%", "//", ";")
-_NUMBERS = {".": re.compile(NUMBER), ",": re.compile(NUMBER.replace(r"\.", ","))}
 _TIME = re.compile(TIME)
 _UNITS = """
 s sec secs second seconds ms msec us usec µs μs ns min h hh:mm:ss utc iso ts rn
@@ -51,15 +53,30 @@ degc °c c k degf °f deg ° rad degrees hpa pa kpa mbar v mv a ma w % m cm mm k
 _UNIT_WORDS = frozenset(_UNITS.split())
 
 
+def with_comma(pattern: str) -> str:
+    """Return a pattern of numbers with points for decimal commas, and with commas for points."""
+    return pattern.replace(r"\.", "\0").replace(",", r"\.").replace("\0", ",").replace(r"{1\.3}", "{1,3}")
+
+
+_NUMBERS = {
+    ".": re.compile(f"{NUMBER}|{GROUPED}"),
+    ",": re.compile(with_comma(f"{NUMBER}|{GROUPED}")),
+}
+"""Numbers by the decimal mark."""
+
+
 def is_empty_mark(cell: str) -> bool:
     """Return whether the cell stands for no value."""
     return cell.strip().lower() in EMPTY
 
 
 def is_value(cell: str, decimal: str) -> bool:
-    """Return whether the cell is a number, with this decimal mark, or a time."""
+    """Return whether the cell is a number, with this decimal mark and a unit or none, or a time."""
     text = cell.strip()
-    return bool(_NUMBERS[decimal].fullmatch(text) or _TIME.fullmatch(text))
+    if _NUMBERS[decimal].fullmatch(text) or _TIME.fullmatch(text):
+        return True
+    number, _, unit = text.partition(" ")
+    return bool(unit and is_unit(unit) and _NUMBERS[decimal].fullmatch(number))
 
 
 def is_unit(cell: str) -> bool:

@@ -28,6 +28,12 @@ FORMS: dict[str, tuple[str, tuple[str, ...]]] = {
         tuple(f"Magnetometer_{a}" for a in "XYZ"),
     ),
     "JSON": ('{{"t": 1.5, "mx": {x}, "my": {y}, "mz": {z}}}', ("mx", "my", "mz")),
+    "nested JSON": (
+        '{{"ts":1,"acc":{{"x":0.1,"y":0,"z":9.8}},"mag":{{"x":{x},"y":{y},"z":{z}}}}}',
+        ("mag_x", "mag_y", "mag_z"),
+    ),
+    "two sensors in a line": ("Acc X: 1 Y: 2 Z: 3 | Mag X: {x} Y: {y} Z: {z}", ("Mag_X", "Mag_Y", "Mag_Z")),
+    "a clock before": ("12:30:00.5 X: {x} Y: {y} Z: {z}", ("X", "Y", "Z")),
     "a value a line": ("Mag X: {x}\nMag Y: {y}\nMag Z: {z}", ("Mag_X", "Mag_Y", "Mag_Z")),
     "several sensors": (
         "Accel X: 0.1 Y: 0.2 Z: 9.8\nGyro X: 0 Y: 0 Z: 0\nMag X: {x} Y: {y} Z: {z}\n",

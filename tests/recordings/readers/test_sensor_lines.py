@@ -126,3 +126,16 @@ def test_lines_of_a_receiver_between_rows(tmp_path: Path) -> None:
     found = text(tmp_path, ["t,mx,my,mz", *table[:4], between, *table[4:8], between, *table[8:]])
     np.testing.assert_allclose(block(found, "mx", "my", "mz"), MAG, atol=1e-6)
     assert found.notes == ("2 rows of more cells were skipped, the first in line 6",)
+
+
+def test_unit_and_checksum_behind_the_last_value(tmp_path: Path) -> None:
+    found = text(tmp_path, rows("M", "{word}: {x:.6f}, {y:.6f}, {z:.6f} gauss"))
+    np.testing.assert_allclose(block(found, *XYZ), MAG, atol=1e-6)
+    assert [field.metadata for field in found.table.schema] == [{b"unit": b"gauss"}] * 3
+    found = text(tmp_path, rows("$MAG", "{word},{x:.6f},{y:.6f},{z:.6f}*2A"))
+    np.testing.assert_allclose(block(found, *XYZ), MAG, atol=1e-6)
+
+
+def test_words_and_numbers_behind_the_vector(tmp_path: Path) -> None:
+    found = text(tmp_path, rows("mag", "{word}:\t{x:.6f}\t{y:.6f}\t{z:.6f}\theading:\t12.5"))
+    np.testing.assert_allclose(block(found, *XYZ), MAG, atol=1e-6)

@@ -212,6 +212,7 @@ TIMES: dict[str, tuple[list[str], list[object]]] = {
     ),
     "zone": (["2024-05-01T12:00:00,5+02:00"], [datetime.datetime(2024, 5, 1, 10, 0, 0, 500_000, UTC)]),
     "Z": (["2024/05/01 12:00:00Z"], [datetime.datetime(2024, 5, 1, 12, tzinfo=UTC)]),
+    "compact": (["20240501T120000.5Z"], [datetime.datetime(2024, 5, 1, 12, 0, 0, 500_000, UTC)]),
     "month by name": (["01-May-2024 12:00:00"], [datetime.datetime(2024, 5, 1, 12)]),
 }
 
@@ -241,3 +242,36 @@ def test_damaged_time_costs_its_row(tmp_path: Path) -> None:
     found = text(tmp_path, ["t,x,y", "12:00:00.5,1,2", "12:0?:01.5,2,2", "12:00:02.5,3,2"])
     assert column(found, "x") == [1, 3]
     assert found.notes == ("1 row with a cell that is no number was skipped, in line 3",)
+
+
+@pytest.mark.parametrize("form", ["({x}, {y}, {z})", "[{x},{y},{z}]", "{x} uT,{y} uT,{z} uT", "{x};{y};{z}*7F"])
+def test_numbers_in_brackets_with_units_and_checksums(form: str, tmp_path: Path) -> None:
+    found = text(tmp_path, [form.format(x=k + 0.5, y=-k, z=k * 1e3) for k in range(9)])
+    read_back = np.column_stack([found.table.column(k).to_numpy() for k in range(3)])
+    np.testing.assert_array_equal(read_back, [[k + 0.5, -k, k * 1e3] for k in range(9)])
+    if "uT" in form:
+        assert [field.metadata for field in found.table.schema] == [{b"unit": b"uT"}] * 3
+
+
+@pytest.mark.parametrize("form", ['"{0:,.2f}","{1:,.2f}"', "{0:,.2f};{1:,.2f}", "{0:,.2f}\t{1:,.2f}"])
+@pytest.mark.parametrize("swapped", [False, True])
+def test_marks_between_thousands(form: str, swapped: bool, tmp_path: Path) -> None:
+    if swapped and "," in form.replace(":,", ""):
+        form = form.replace('","', '";"')
+    rows = [form.format(k * 800.25, -12_345.5 * k) for k in range(9)]
+    rows = [row.translate(str.maketrans(",.", ".,")) for row in rows] if swapped else rows
+    found = text(tmp_path, rows)
+    assert column(found, "column_1") == [k * 800.25 for k in range(9)]
+    assert column(found, "column_2") == [-12_345.5 * k for k in range(9)]
+
+
+def test_remarks_that_most_rows_lack(tmp_path: Path) -> None:
+    lines = [
+        "Date\t2024/05/01",
+        "X_Value\tBx\tBy\tComment",
+        "0.0\t1.5\t2\tstart",
+        *(f"0.{k}\t1.5\t2" for k in range(1, 9)),
+    ]
+    found = text(tmp_path, lines)
+    assert found.table.column_names == ["X_Value", "Bx", "By"]
+    assert found.table.num_rows == 8
