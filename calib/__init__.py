@@ -30,6 +30,7 @@ from calib.methods.twostep import TwoStep
 from calib.methods.ukf import UkfCalibrator
 from calib.methods.vector_least_squares import VectorLeastSquares
 from calib.methods.vector_lm import VectorLmCalibrator
+from calib.options import SEPARATOR, configured
 from calib.reference import Reference
 from calib.result import Calibration, Status
 from calib.serial import from_json, to_dict, to_json
@@ -70,11 +71,12 @@ CALIBRATORS: dict[str, type[Calibrator]] = {
 """Every calibrator by name, in the order that tables show them."""
 
 
-def get(name: str) -> Calibrator:
-    """The calibrator of that name with its default settings; raises InputError listing the names there are."""
+def get(text: str) -> Calibrator:
+    """The calibrator `NAME`, with options `NAME:OPTION=VALUE:...`; raises InputError listing the names there are."""
+    name, *options = text.split(SEPARATOR)
     if name not in CALIBRATORS:
         raise InputError(f"no calibrator is called {name!r}", do=f"choose among {', '.join(CALIBRATORS)}")
-    return CALIBRATORS[name]()
+    return configured(CALIBRATORS[name], options)
 
 
 __all__ = ["CALIBRATORS", "Calibration", "Calibrator", "Reference", "Status", "from_json", "get", "to_dict", "to_json"]

@@ -41,7 +41,8 @@ With = Annotated[
     typer.Option(
         "--with",
         metavar="NAME,...",
-        help="Calibrators, comma-separated: names of `magbench list calibrators`, or module:object.",
+        help="Calibrators, comma-separated: names of `magbench list calibrators`, also with options "
+        "(ml_geometric:huber, twostep:rounds=9), or module:object.",
         callback=known_calibrators,
         autocompletion=complete_calibrators,
     ),

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
+from pydantic import Field
 
 from calib.base import Calibrator
 from calib.models.distance import distances, slopes
@@ -30,6 +31,8 @@ from scenarios.arrays import Array
 PARAMETERS = 9
 ROUNDING_VARIANCE = 1e-18
 """Smallest variance of points of unit size: rounding, 1e-9 of their size."""
+USUAL_HUBER = 1.345
+"""Limit of the distances' weight that keeps 95 % of the efficiency for Gaussian noise [Huber1964]."""
 SCALE_ROUNDS, SCALE_SETTLED = 20, 1e-3
 """Rounds of the robust noise, and its relative change at which they end."""
 
@@ -58,7 +61,7 @@ class MaximumLikelihoodGeometric(Calibrator):
     min_samples: ClassVar[int] = 10
     iterations: Count = 100
     tolerance: Positive = 1e-4
-    huber: Positive | None = None
+    huber: Annotated[float, Field(gt=0, examples=[USUAL_HUBER])] | None = None
     strength_known: bool = True
 
     def _solve(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration | Status:

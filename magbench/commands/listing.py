@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from magbench.options import Json
+from scenarios.errors import InputError
 
 
 class ListKind(StrEnum):
@@ -20,18 +21,32 @@ class ListKind(StrEnum):
     sensors = "sensors"
 
 
-def command(kind: Annotated[ListKind, typer.Argument(help="What to list.")], json: Json = False) -> None:
-    """List scenarios, effects, calibrators, vehicles or sensors with a line each.
+def command(
+    kind: Annotated[ListKind, typer.Argument(help="What to list.")],
+    name: Annotated[str | None, typer.Argument(help="A calibrator, whose options are listed.")] = None,
+    json: Json = False,
+) -> None:
+    """List scenarios, effects, calibrators, vehicles or sensors with a line each; of a calibrator, its options.
 
-    Example: magbench list scenarios
+    Example: magbench list calibrators ml_geometric
     """
     from magbench.console import emit, show_table
 
-    items = _items(kind)
+    items = _items(kind) if name is None else _options(kind, name)
     if json:
         emit({"items": [{"name": name, "summary": summary} for name, summary in items.items()]})
     else:
-        show_table("", (kind.value[:-1], "summary"), list(items.items()), numbers=False)
+        show_table("", (kind.value[:-1] if name is None else "option", "summary"), list(items.items()), numbers=False)
+
+
+def _options(kind: ListKind, name: str) -> dict[str, str]:
+    """Return the options of a calibrator, with default and permitted values."""
+    if kind is not ListKind.calibrators:
+        raise InputError(f"{kind.value} have no options", where=name, do=f"magbench list {kind.value}")
+    from calib import get
+    from calib.options import options_of
+
+    return {key: f"{default}; {permitted}" for key, (default, permitted) in options_of(type(get(name))).items()}
 
 
 def _items(kind: ListKind) -> dict[str, str]:

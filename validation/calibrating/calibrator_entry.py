@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -72,13 +72,13 @@ class CalibratorEntry:
 
 @dataclass(frozen=True)
 class BuiltIn:
-    """A calibrator of `calib.CALIBRATORS` with default settings."""
+    """A calibrator of `calib.CALIBRATORS`, with options in the name: `NAME:OPTION=VALUE`."""
 
     name: str
 
     def fit(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> TimedCalibration:
         """Fit a recording in the calling process."""
-        return time_fit(lambda: calib.get(self.name).fit(recording, reference, rng))
+        return time_fit(lambda: replace(calib.get(self.name).fit(recording, reference, rng), name=self.name))
 
 
 def time_fit(fit: Callable[[], Calibration]) -> TimedCalibration:

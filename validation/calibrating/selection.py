@@ -5,8 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from calib import CALIBRATORS
+from calib import CALIBRATORS, get
 from calib.external import external_method
+from calib.options import SEPARATOR
 from scenarios.errors import InputError
 from scenarios.names import closest, offered_calibrators
 from validation.calibrating.calibrator_entry import BuiltIn, CalibratorEntry, FitMethod
@@ -25,7 +26,8 @@ def select_calibrators(
 ) -> tuple[CalibratorEntry, ...]:
     """Return the calibrators named on a command line, in order and without repetition.
 
-    with_ : names of `magbench list calibrators`, `module:object`, `NAME=module:object`. exec_ : commands, see
+    with_ : names of `magbench list calibrators`, also with options `NAME:OPTION=VALUE:...` (a name before the colon
+    comes before a module), `module:object`, `NAME=module:object`. exec_ : commands, see
     `external_command.parse_command`. time_limit_s : time allowed for one fit of a calibrator that is not magbench's.
 
     Raises InputError for an unknown name, an object that is no calibrator, and two calibrators of equal name.
@@ -66,9 +68,9 @@ def known_names() -> dict[str, str]:
 
 
 def _by_text(text: str, time_limit_s: float) -> CalibratorEntry:
-    """Return the calibrator of a --with text: a built-in or registered name, else module:object."""
-    if text in CALIBRATORS:
-        return _entry(text, BuiltIn(text), CALIBRATORS[text])
+    """Return the calibrator of a --with text: a built-in name with its options, a registered name, module:object."""
+    if text.partition(SEPARATOR)[0] in CALIBRATORS:
+        return _entry(text, BuiltIn(text), get(text))
     if text in REGISTERED:
         return _entry(text, RegisteredObject(text, REGISTERED[text]), REGISTERED[text])
     offered = offered_calibrators()

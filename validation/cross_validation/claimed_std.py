@@ -12,6 +12,7 @@ from calib import CALIBRATORS, Calibration, Reference
 from calib.models.response import strength_columns
 from calib.numerics.points import lengths
 from calib.numerics.rates import world_to_body
+from calib.options import SEPARATOR
 from recordings import Recording
 from scenarios.arrays import Array
 from validation.cross_validation.legs import LegPartition, legs_of
@@ -75,9 +76,10 @@ def claims_of(fits: Mapping[str, Calibration], recording: Recording, reference: 
     if recording.array_mag_nT is not None:
         return {}
     legs = legs_of(recording)
-    batch = {name: fit for name, fit in fits.items() if name in CALIBRATORS and not CALIBRATORS[name].sequential}
-    alone = {name: fit for name, fit in batch.items() if not {"gyro", "scalar"} & set(CALIBRATORS[name].needs)}
-    found = {name: claim_of(fit, recording, reference, legs) for name, fit in alone.items()}
+    methods = {name: CALIBRATORS.get(name.partition(SEPARATOR)[0]) for name in fits}
+    batch = {name: method for name, method in methods.items() if method is not None and not method.sequential}
+    alone = [name for name, method in batch.items() if not {"gyro", "scalar"} & set(method.needs)]
+    found = {name: claim_of(fits[name], recording, reference, legs) for name in alone}
     return {name: claim for name, claim in found.items() if claim is not None}
 
 

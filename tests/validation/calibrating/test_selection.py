@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pickle
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -42,6 +42,20 @@ def test_a_built_in_candidate_fits_as_its_calibrator_does(recording: Recording) 
     there = candidate.fit(recording, REFERENCE, np.random.default_rng(3))
     here = get("pso").fit(recording, REFERENCE, np.random.default_rng(3))
     np.testing.assert_array_equal(there.offset_nT, here.offset_nT)
+
+
+def test_a_name_with_options_is_a_candidate_of_its_own(recording: Recording) -> None:
+    plain, limited = select_calibrators(["ml_geometric", "ml_geometric:huber=0.5"])
+    assert (limited.name, limited.needs, limited.attitude_free) == ("ml_geometric:huber=0.5", (), True)
+    assert pickle.loads(pickle.dumps(limited)) == limited
+    found = limited.fit(recording, REFERENCE)
+    assert found.name == "ml_geometric:huber=0.5"
+    np.testing.assert_array_equal(
+        found.offset_nT, replace(get("ml_geometric"), huber=0.5).fit(recording, REFERENCE).offset_nT
+    )
+    assert np.any(found.offset_nT != plain.fit(recording, REFERENCE).offset_nT)
+    with pytest.raises(InputError, match="ml_geometric has no option 'hubber'"):
+        select_calibrators(["ml_geometric:hubber"])
 
 
 def test_a_name_given_twice_is_one_candidate_and_an_unknown_one_is_refused() -> None:
