@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from calib.numerics.points import cross_matrices, mapped
 from calib.numerics.rates import body_rate, smoothed_derivative
@@ -61,6 +62,8 @@ class Calibration:
 
     A fit whose offset and matrix change with time has `segments`, in order of time; offset_nT and matrix are then their
     mean, and `apply` takes the segment that the sample's time is in (the first before it begins).
+
+    `left_out` (n,): the wild samples of the recording, which the fit has not used; None for none.
     """
 
     name: str
@@ -76,6 +79,7 @@ class Calibration:
     array_offset_nT: Array | None = None
     array_matrix: Array | None = None
     segments: tuple[Segment, ...] = ()
+    left_out: NDArray[np.bool_] | None = None
 
     def __repr__(self) -> str:
         """One line: name, status, offset and the matrix's diagonal."""
@@ -127,6 +131,10 @@ class Calibration:
             return self._apply_by_derivative(centred, recording.time_s)
         system = np.linalg.inv(self.matrix) - self.eddy_s @ cross_matrices(rate)
         return np.asarray(np.linalg.solve(system, centred[:, :, None])[:, :, 0])
+
+    def used(self, recording: Recording) -> Recording:
+        """The fitted recording without the samples left out."""
+        return recording if self.left_out is None else recording.taken(~self.left_out)
 
     def apply_array(self, recording: Recording) -> Array:
         """Calibrated field (k, n, 3) of every sensor of an array, nT, all in one frame.

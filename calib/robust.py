@@ -121,7 +121,8 @@ def _told(fit: Calibration, wild: Wild, *, left_out: bool) -> Calibration:
     """The fit with the wild values in parameters and reason."""
     reason = "; ".join(part for part in (fit.status.reason, wild.told(left_out)) if part)
     told = {"wild_samples": float(wild.count)} if left_out else {}
-    return replace(fit, status=replace(fit.status, reason=reason), parameters=fit.parameters | told)
+    rows = wild.rows if left_out else None
+    return replace(fit, status=replace(fit.status, reason=reason), parameters=fit.parameters | told, left_out=rows)
 
 
 def _without(recording: Recording, rows: Mask, carries: bool) -> Recording:

@@ -75,11 +75,11 @@ def claims_of(fits: Mapping[str, Calibration], recording: Recording, reference: 
     """Return the claims of magbench's batch calibrators for a single magnetometer, by key of the fit."""
     if recording.array_mag_nT is not None:
         return {}
-    legs = legs_of(recording)
     methods = {name: CALIBRATORS.get(name.partition(SEPARATOR)[0]) for name in fits}
     batch = {name: method for name, method in methods.items() if method is not None and not method.sequential}
     alone = [name for name, method in batch.items() if not {"gyro", "scalar"} & set(method.needs)]
-    found = {name: claim_of(fits[name], recording, reference, legs) for name in alone}
+    parts = {name: fits[name].used(recording) for name in alone}
+    found = {name: claim_of(fits[name], part, reference, legs_of(part)) for name, part in parts.items()}
     return {name: claim for name, claim in found.items() if claim is not None}
 
 

@@ -47,8 +47,10 @@ def cross_validate(recording: Recording, reference: Reference) -> tuple[CrossVal
 def _of_sensor(sensor: str, recording: Recording, reference: Reference) -> CrossValidation:
     """Cross-validate a sensor: by vectors with attitude and field vector, else by the strength.
 
-    Soft iron is tested again after accepted extensions, since a missing extension can pass for soft iron.
+    Wild samples are left out, as from an ellipsoid. Soft iron is tested again after accepted extensions, since a
+    missing extension can pass for soft iron.
     """
+    recording = get("ellipsoid").fit(recording, reference).used(recording)
     legs, strength_nT, simple = legs_of(recording), reference.strength_nT, offset(recording, reference)
     pair, doubt = (simple, with_iron(simple)), _doubt(simple, recording, reference)
     found = [_paired(pair, doubt, legs, strength_nT)]
