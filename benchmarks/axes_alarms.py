@@ -61,10 +61,10 @@ class Log:
     accel: Array
     q: Array
 
-    def axes(self, taken: Array, instruments: Sequence[str], *, north: bool | None = None) -> Axes:
+    def axes(self, taken: Array, instruments: Sequence[str], *, down: bool | None = None) -> Axes:
         """Return the estimate of a log whose magnetometer has axes P^T m, P = taken (3, 3)."""
         columns = {name: getattr(self, name) for name in instruments}
-        return axes_of(self.time_s, self.mag_nT @ taken, north=north, **columns)
+        return axes_of(self.time_s, self.mag_nT @ taken, down=down, **columns)
 
 
 def simulated(rng: np.random.Generator, given: Conditions) -> Log:

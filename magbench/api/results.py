@@ -98,7 +98,7 @@ class Calibrations(dict[str, CalibrationResult]):
     @classmethod
     def of(cls, recording: Recording, reference: Reference, chosen: Sequence[CalibratorEntry]) -> Self:
         """The calibrations of a screened recording by every chosen calibrator."""
-        screening = screen(recording)
+        screening = screen(recording, reference)
         views = {key: one for entry in chosen for key, one in sensor_recordings(recording, entry.name).items()}
         results = {}
         for fit in sensor_fits(screening.recording, reference, chosen):

@@ -8,19 +8,24 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from calib import Reference
 from scenarios.arrays import Array
 from validation.axes.directions import DirectionEvidence, accel_evidence, attitude_evidence
 from validation.axes.evidence import MapEvidence
 from validation.axes.gyro import GyroEvidence, gyro_evidence
-from validation.axes.maps import TURNS, is_turn
+from validation.axes.maps import TURNS, is_turn, map_text
 from validation.axes.policy import AXES
+
+DOWNWARD = np.diag([1.0, -1.0, -1.0])
+"""From forward, right, down to forward, left, up."""
 
 
 @dataclass(frozen=True)
 class Axes:
     """What gyro, accelerometer and attitude say of the magnetometer's axes; None for an instrument not recorded.
 
-    north : whether the field is known to point down (True) or up (False); None where unknown.
+    down : whether the field is known to point down (True) or up (False); None where unknown. stated : body frame of the
+    log as stated, "flu", "frd" or "".
 
     Every instrument allows a turn P and its reflection -P alike: the sign needs the vertical or north component.
     """
@@ -28,7 +33,8 @@ class Axes:
     gyro: GyroEvidence | None
     accel: DirectionEvidence | None
     attitude: DirectionEvidence | None
-    north: bool | None = None
+    down: bool | None = None
+    stated: str = ""
 
     @cached_property
     def speaking(self) -> dict[str, MapEvidence]:
@@ -55,7 +61,7 @@ class Axes:
 
     @property
     def agree(self) -> bool:
-        """Whether the axes as logged are among those that every instrument allows."""
+        """Whether the axes as logged are among those that every instrument allows, but for the sign of the field."""
         return 0 in self.turns
 
     @property
@@ -72,6 +78,10 @@ class Axes:
             found += [TURNS[turn], -TURNS[turn]] if sign == 0 else [sign * TURNS[turn]]
         return found
 
+    def option(self, axes: Array) -> str:
+        """Return a map (3, 3) as the value of --axes, which acts before a stated frame is turned to FLU."""
+        return map_text(DOWNWARD @ axes @ DOWNWARD if self.stated == "frd" else axes)
+
     @property
     def left_handed(self) -> bool:
         """Whether every map that is left is a reflection."""
@@ -83,17 +93,17 @@ class Axes:
         With a heading from north the field points north; otherwise down, as north of the magnetic equator, unless
         known better. Axes that agree as logged are taken as they are.
         """
-        if turn == 0 and self.north is None:
+        if turn == 0 and self.down is None:
             return 1
-        if self.north is None and (north := self._along_north(turn)):
+        if self.down is None and (north := self._along_north(turn)):
             return north
         up = self.up(turn)
-        return int(np.sign(up)) if self.north is False else -int(np.sign(up))
+        return int(np.sign(up)) if self.down is False else -int(np.sign(up))
 
     @property
     def assumed(self) -> bool:
         """Whether the sign rests on the assumption that the field points down."""
-        return self.north is None and not any(self._along_north(turn) for turn in self.turns)
+        return self.down is None and not any(self._along_north(turn) for turn in self.turns)
 
     @property
     def handedness_known(self) -> bool:
@@ -132,15 +142,25 @@ def axes_of(
     gyro: Array | None = None,
     accel: Array | None = None,
     q: Array | None = None,
-    north: bool | None = None,
+    down: bool | None = None,
+    stated: str = "",
 ) -> Axes:
     """Compare the axes of a magnetometer (n, 3) with gyro (n, 3), specific force (n, 3) and attitude (n, 4).
 
-    Vectors may have NaN, and any unit. north : whether the field points down, if known.
+    Vectors may have NaN, and any unit. down, stated : see `Axes`.
     """
     return Axes(
         None if gyro is None else gyro_evidence(time_s, mag_nT, gyro),
         None if accel is None else accel_evidence(time_s, mag_nT, accel),
         None if q is None else attitude_evidence(time_s, mag_nT, q),
-        north,
+        down,
+        stated,
     )
+
+
+def field_down(reference: Reference | None) -> bool | None:
+    """Return whether a reference's field points down; None for a strength alone, and near the magnetic equator."""
+    if reference is None or reference.field_enu_nT is None:
+        return None
+    up = reference.field_enu_nT[2] / reference.strength_nT
+    return up < 0 if abs(up) > AXES.equator else None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -22,24 +22,34 @@ Tilt = Literal["up", "down", ""]
 class BodyFrame:
     """Body frame of a log as its values tell: "flu", "frd", or "" where nothing tells; `why` in words.
 
-    contradicted : whether parts of the log contradict each other, so that no frame fits.
+    contradicted : whether parts of the log contradict each other, so that no frame fits. stated : "flu", "frd" or "".
     """
 
     name: Literal["flu", "frd", ""]
     why: str
     contradicted: bool = False
+    stated: str = ""
 
     @property
     def wrong(self) -> bool:
-        """Whether the log is not in FLU, or contradicts itself."""
+        """Whether the columns as read are not in FLU, or contradict themselves."""
         return self.contradicted or self.name == "frd"
+
+    @property
+    def taken(self) -> str:
+        """Return the frame in which the log was read."""
+        if self.stated == "frd":
+            return "FRD (forward, right, down) as stated, turned to FLU"
+        return "FLU (forward, left, up) as stated" if self.stated else "FLU (forward, left, up)"
 
     @property
     def clause(self) -> str:
         """Return what is wrong about the frame as taken, and what to do."""
         if self.contradicted:
-            return f"the frame is taken as FLU, but {self.why}"
-        return f"the frame is taken as FLU, but the log is in FRD (forward, right, down), since {self.why}: --frame frd"
+            return f"the frame is taken as {self.taken}, but {self.why}"
+        if self.stated == "frd":
+            return f"the frame is taken as {self.taken}, but then {self.why}: --frame flu"
+        return f"the frame is taken as {self.taken}, but the log is in FRD, since {self.why}: --frame frd"
 
     @property
     def text(self) -> str:
@@ -47,8 +57,10 @@ class BodyFrame:
         if self.wrong:
             return sentence(self.clause)
         if self.name == "flu":
-            return f"Frame: FLU (forward, left, up), since {self.why}."
-        return f"Frame: taken as FLU ({self.why or 'nothing in the log tells'}; --frame frd otherwise)."
+            return f"Frame: {self.taken}: {self.why}."
+        if self.stated:
+            return f"Frame: {self.taken}."
+        return "Frame: taken as FLU (nothing in the log tells; --frame frd otherwise)."
 
 
 def frame_of(accel: Array | None, q: Array | None, axes: Axes) -> BodyFrame:
@@ -57,6 +69,10 @@ def frame_of(accel: Array | None, q: Array | None, axes: Axes) -> BodyFrame:
     At rest the specific force points up: along +z in FLU and along -z in FRD of an upright vehicle; turned by the
     attitude, along +z in ENU and along -z in NED.
     """
+    return replace(_told(accel, q, axes), stated=axes.stated)
+
+
+def _told(accel: Array | None, q: Array | None, axes: Axes) -> BodyFrame:
     if accel is None:
         return BodyFrame("", "")
     body = _sign(_mean(accel))
@@ -84,7 +100,7 @@ def _downward(axes: Axes) -> BodyFrame:
     """Return the frame of a log whose mean specific force is along -z: FRD, or an accelerometer of opposite sign."""
     why = "the accelerometer reads -9.8 m/s^2 along z in the mean"
     up = axes.up(0) if axes.agree else 0.0
-    if up > 0 and axes.north is not False:
+    if up > 0 and axes.down is not False:
         why += ", but the field is along its reading: FRD south of the magnetic equator, or the opposite sign"
         return BodyFrame("", f"{why} of the accelerometer", True)
     return BodyFrame("frd", why)

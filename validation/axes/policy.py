@@ -51,6 +51,7 @@ class AxesPolicy:
     clear_sign: float = number(0.25, "component of the unit field whose sign is taken as known", run=RUN)
     clear_sign_sigma: float = number(4.0, "the same component in standard deviations", run=RUN)
     meridian: float = number(3.0, "north component over east component from which a heading is counted from north")
+    equator: float = number(0.1, "vertical component of the unit field below which its sign tells nothing")
     upright: float = number(0.7, "component of the mean direction of gravity along z from which on z is upright")
 
 

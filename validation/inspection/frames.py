@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from calib import Reference
 from scenarios.arrays import Array
-from validation.axes.estimate import axes_of
+from validation.axes.estimate import axes_of, field_down
 from validation.axes.frame import frame_of
-from validation.axes.maps import map_text
 from validation.axes.wording import axes_verdict
 from validation.inspection.finding import Finding, Level
 from validation.inspection.sensor_data import SensorData, attitude_of
@@ -28,26 +28,30 @@ GYRO_FINDING = "gyro_and_attitude"
 GYRO_UNITS = {"deg/s": 180 / np.pi, "mrad/s": 1e3}
 
 
-def frame_findings(data: SensorData) -> list[Finding]:
-    """Return findings on the agreement of attitude, gyro, accelerometer and field."""
+def frame_findings(data: SensorData, stated: str = "", reference: Reference | None = None) -> list[Finding]:
+    """Return findings on the agreement of attitude, gyro, accelerometer and field.
+
+    stated : body frame of the log as stated, "flu", "frd" or "". reference : the field there, if known.
+    """
     q = attitude_of(data.series)
     if q is None:
         found = [_gyro_by_field(data)]
     else:
         found = [_norm(data), _gyro_by_attitude(data, q), _gravity(data, q), _field(data, q)]
-    return [*(finding for finding in found if finding is not None), *_axes_and_frame(data, q)]
+    return [*(finding for finding in found if finding is not None), *_axes_and_frame(data, q, stated, reference)]
 
 
-def _axes_and_frame(data: SensorData, q: Array | None) -> list[Finding]:
+def _axes_and_frame(data: SensorData, q: Array | None, stated: str, reference: Reference | None) -> list[Finding]:
     """Return the findings on order, sense and handedness of the magnetometer's axes, and on the body frame."""
     series = data.series
     if not len(series):
         return []
     read = None if q is None else read_as(q, EXPECTED)
-    axes = axes_of(series.time_s, series.mag_nT, gyro=series.gyro_rad_s, accel=series.accel_m_s2, q=read)
+    measured = {"gyro": series.gyro_rad_s, "accel": series.accel_m_s2, "q": read}
+    axes = axes_of(series.time_s, series.mag_nT, **measured, down=field_down(reference), stated=stated)
     verdict, frame = axes_verdict(axes), frame_of(series.accel_m_s2, read, axes)
     level: Level = "ok" if verdict.kind == "agree" else "note" if verdict.harmless else "warning"
-    value = {"verdict": verdict.kind, "axes": [map_text(one) for one in axes.maps] if axes.speaking else []}
+    value = {"verdict": verdict.kind, "axes": [axes.option(one) for one in axes.maps] if axes.speaking else []}
     taken: Level = "ok" if frame.name == "flu" else "warning" if frame.wrong else "note"
     return [
         Finding(SECTION, "axes", value, "", sentence(verdict.text), level),

@@ -69,7 +69,7 @@ def inspect_log(log: RawLog, reference: Reference | None = None) -> Inspection:
     log, unit = in_seconds(log)
     findings = [_taken(log), *unit, *timing_findings(log), missing_finding(log)]
     sensors = []
-    screened = None if log.recording is None else screen(log.recording)
+    screened = None if log.recording is None else screen(log.recording, reference)
     for sensor in log.sensors:
         raw = series_of(log, sensor)
         judged = screened if screened is None or sensor is None else screened.of_sensor(sensor - 1)
@@ -78,7 +78,7 @@ def inspect_log(log: RawLog, reference: Reference | None = None) -> Inspection:
         sensors.append(data)
         findings += [*value_findings(as_read), *unit_findings(log, data, raw)]
         if sensor == log.sensors[0]:
-            findings += frame_findings(data)
+            findings += frame_findings(data, log.frame, reference)
         findings += [*motion_findings(data), *calibration_findings(data), *noise_findings(data)]
     return Inspection(log, tuple(findings), tuple(sensors))
 

@@ -31,6 +31,7 @@ class RawLog:
     sources : name -> name in the file, for renamed columns.
     refusal : reason why `magbench calibrate` refuses the file, "" for an accepted file.
     recording : as `magbench calibrate` reads the file, None for a refused file.
+    frame : the body frame that was stated, "flu" or "frd"; the columns are in FLU.
     """
 
     path: Path
@@ -38,6 +39,7 @@ class RawLog:
     sources: dict[str, str]
     refusal: str
     recording: Recording | None = None
+    frame: str = ""
 
     def __len__(self) -> int:
         return len(self.columns["time_s"])
@@ -94,13 +96,13 @@ def read_log(path: Path, *, maps: Sequence[str] = (), reading: Reading | None = 
 def log_of(raw: RawColumns) -> RawLog:
     """Return the log of columns that have been read."""
     columns = {name: np.asarray(values, np.float64) for name, values in raw.named.items() if name != "phase"}
-    return RawLog(raw.path, columns, dict(raw.sources), *_accepted(raw))
+    return RawLog(raw.path, columns, dict(raw.sources), *_accepted(raw), raw.origin.frame)
 
 
 def _accepted(raw: RawColumns) -> tuple[str, Recording | None]:
     """Return why the columns are refused, "" with their recording if they are not."""
     try:
-        return "", recording_of(check_field(raw.path, check_columns(raw)))
+        return "", recording_of(check_field(raw.path, check_columns(raw)), raw.origin)
     except InputError as error:
         return str(error).removeprefix(f"{raw.path}: "), None
 

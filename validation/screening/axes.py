@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
+from calib import Reference
 from recordings import Recording
-from validation.axes.estimate import Axes, axes_of
+from validation.axes.estimate import Axes, axes_of, field_down
 from validation.axes.frame import frame_of
 from validation.axes.wording import axes_verdict
 from validation.screening.fault import Fault, Mask
 
 
-def axes_and_frame(recording: Recording) -> list[Fault]:
+def axes_and_frame(recording: Recording, reference: Reference | None = None) -> list[Fault]:
     """Return wrong axes, and a frame other than FLU; no row is left out.
 
     Left-handed axes make every estimate doubtful where more than an accelerometer tells the handedness. A turn
@@ -25,6 +26,8 @@ def axes_and_frame(recording: Recording) -> list[Fault]:
         gyro=recording.gyro_rad_s,
         accel=recording.accel_m_s2,
         q=recording.att_q,
+        down=field_down(reference),
+        stated=recording.origin.frame,
     )
     frame = frame_of(recording.accel_m_s2, recording.att_q, axes)
     nowhere = np.zeros(len(recording), np.bool_)
@@ -36,7 +39,7 @@ def axes_and_frame(recording: Recording) -> list[Fault]:
 
 def _axes(axes: Axes, nowhere: Mask) -> list[Fault]:
     verdict = axes_verdict(axes)
-    if verdict.kind not in ("turned", "left_handed"):
+    if verdict.kind not in ("turned", "left_handed", "reversed"):
         return []
     text = verdict.text
     if verdict.kind == "turned":

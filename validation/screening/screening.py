@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from calib import Calibration, Status
+from calib import Calibration, Reference, Status
 from recordings import Recording
 from scenarios.arrays import Array
 from validation.policy import POLICY
@@ -24,11 +25,8 @@ from validation.screening.wrapped import wrapped
 from validation.text import sentence
 
 Screen = Callable[[Recording], Sequence[Fault]]
-SCREENS: tuple[Screen, ...] = (
-    *(sentinels, wrapped, frozen, held, stuck, full_scale, alike, unwired, offset_steps),
-    axes_and_frame,
-)
-"""Screens in the order of use: each sees what the screens before it have left in and mended."""
+SCREENS: tuple[Screen, ...] = (sentinels, wrapped, frozen, held, stuck, full_scale, alike, unwired, offset_steps)
+"""Screens in the order of use: each sees what the screens before it have left in and mended; the axes come last."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,12 +69,16 @@ def screening_lines(screening: ScreenedRecording) -> list[str]:
     return [sentence(fault.told) for fault in screening.faults]
 
 
-def screen(recording: Recording) -> ScreenedRecording:
-    """Screen a recording; of an array, every sensor, and a row with a fault of any sensor is left out."""
+def screen(recording: Recording, reference: Reference | None = None) -> ScreenedRecording:
+    """Screen a recording; of an array, every sensor, and a row with a fault of any sensor is left out.
+
+    reference : the field there, whose vector tells a field that is mirrored from one of the other hemisphere.
+    """
+    screens: tuple[Screen, ...] = (*SCREENS, partial(axes_and_frame, reference=reference))
     if recording.array_mag_nT is None:
-        keep, mag_nT, faults = _screened(recording, None)
+        keep, mag_nT, faults = _screened(recording, None, screens)
         return ScreenedRecording(_taken(replace(recording, mag_nT=mag_nT), keep), faults, keep)
-    every = [_screened(recording.sensor(k), k) for k in range(len(recording.array_mag_nT))]
+    every = [_screened(recording.sensor(k), k, screens) for k in range(len(recording.array_mag_nT))]
     array = np.stack([mag_nT for _, mag_nT, _ in every])
     keep = np.logical_and.reduce([keep for keep, _, _ in every])
     faults = tuple(fault for _, _, found in every for fault in found)
@@ -90,11 +92,13 @@ def _taken(recording: Recording, keep: Mask) -> Recording:
     return recording if keep.all() else recording.taken(keep)
 
 
-def _screened(recording: Recording, sensor: int | None) -> tuple[Mask, Array, tuple[Fault, ...]]:
+def _screened(
+    recording: Recording, sensor: int | None, screens: Sequence[Screen]
+) -> tuple[Mask, Array, tuple[Fault, ...]]:
     """Return rows to keep (n,), the field (n, 3) with mended values, and the faults of a magnetometer."""
     kept, mag_nT = np.arange(len(recording)), recording.mag_nT
     found: list[Fault] = []
-    for look in SCREENS:
+    for look in screens:
         if len(kept) < POLICY.least_kept:
             break
         part = replace(recording, mag_nT=mag_nT)

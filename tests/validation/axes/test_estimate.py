@@ -57,8 +57,8 @@ def test_an_attitude_tells_the_sign_by_the_north_component(taken: Array) -> None
 @pytest.mark.parametrize("taken", [MAPS[k] for k in (0, 9, 22, 31, 47)], ids=map_text)
 def test_a_known_hemisphere_tells_a_reversed_field(taken: Array) -> None:
     log = simulated(np.random.default_rng(3), TUMBLED)
-    assert same(log.axes(taken, ("gyro", "accel"), north=True).maps, [taken])
-    assert same(log.axes(taken, ("gyro", "accel"), north=False).maps, [-taken])
+    assert same(log.axes(taken, ("gyro", "accel"), down=True).maps, [taken])
+    assert same(log.axes(taken, ("gyro", "accel"), down=False).maps, [-taken])
 
 
 @pytest.mark.parametrize(

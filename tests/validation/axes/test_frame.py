@@ -69,3 +69,24 @@ def test_attitude_and_accelerometer_that_contradict_each_other() -> None:
 
 def test_nothing_tells_without_accelerometer() -> None:
     assert frame(simulated(np.random.default_rng(1), UPRIGHT), accel=False, q=True) == BodyFrame("", "")
+
+
+def test_a_stated_frame_is_told_and_contradicted() -> None:
+    log = simulated(np.random.default_rng(1), UPRIGHT)
+    flu = axes_of(log.time_s, log.mag_nT, accel=log.accel, stated="frd")
+    assert frame_of(log.accel, None, flu).text.startswith("Frame: FRD (forward, right, down) as stated, turned to FLU")
+    frd = in_frd(log)
+    found = frame_of(frd.accel, None, axes_of(frd.time_s, frd.mag_nT, accel=frd.accel, stated="frd"))
+    assert found.wrong
+    assert found.text.endswith("--frame flu.")
+
+
+def test_the_option_acts_before_a_stated_frame_is_turned() -> None:
+    """Log in FRD, magnetometer with axes y, x, -z of it: the option is the map in FRD."""
+    frd = in_frd(simulated(np.random.default_rng(2), Conditions()))
+    taken = np.array([[0.0, 1, 0], [1, 0, 0], [0, 0, -1]])
+    swapped = frd.mag_nT @ taken
+    read = {"gyro": frd.gyro @ DOWN, "accel": frd.accel @ DOWN}
+    found = axes_of(frd.time_s, swapped @ DOWN, **read, stated="frd")
+    (one,) = found.maps
+    assert found.option(one) == "y,x,-z"
