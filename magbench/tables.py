@@ -13,6 +13,7 @@ from reports.pages.comparison import Comparison, point_title
 from reports.presentation.diagnosis import GAP_HEADS, PARAMETER_HEADS, PART_HEADS, PresentedDiagnosis, cells
 from reports.presentation.pooled import PresentedPool
 from reports.text.outcome import headline
+from validation.calibrating.output_unit import OutputUnit
 from validation.comparison.ranking import uncorrected_row
 from validation.scoring.definitions import SCORE_DEFINITIONS
 from validation.scoring.outcome import Outcome
@@ -84,6 +85,16 @@ def show_calibrations(calibrations: Mapping[str, Calibration]) -> None:
         if c.corrects_scalar:
             title = f"{name}: the vehicle's field at the scalar magnetometer"
             show_table(title, ["term", "value", "standard deviation", "unit"], scalar_term_rows(c))
+
+
+def show_in_unit(calibrations: Mapping[str, Calibration], unit: OutputUnit) -> None:
+    """Offset and matrix of each estimate in a unit."""
+    rows = []
+    for name, c in calibrations.items():
+        if c.has_estimate:
+            matrix = "; ".join(" ".join(f"{v:.6g}" for v in row) for row in unit.matrix(c))
+            rows.append([name, " ".join(f"{v:.6g}" for v in unit.offset(c)), matrix])
+    show_table(unit.model, ["calibrator", f"offset, {unit.measured}", "matrix"], rows)
 
 
 def scalar_term_rows(fit: Calibration) -> list[list[str]]:

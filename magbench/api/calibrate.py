@@ -44,6 +44,7 @@ def calibrate(
     out: str | PathLike[str] | None = None,
     exports: Sequence[str] = (),
     force: bool = False,
+    unit_out: str | None = None,
 ) -> CalibrationResult: ...
 
 
@@ -63,6 +64,7 @@ def calibrate(
     out: str | PathLike[str] | None = None,
     exports: Sequence[str] = (),
     force: bool = False,
+    unit_out: str | None = None,
 ) -> Calibrations: ...
 
 
@@ -82,6 +84,7 @@ def calibrate(
     out: str | PathLike[str] | None = None,
     exports: Sequence[str] = (),
     force: bool = False,
+    unit_out: str | None = None,
 ) -> CalibrationResult | Calibrations:
     """Fit m = S h + b to a recording by one calibrator, or by several: then by name, in a dict.
 
@@ -97,31 +100,41 @@ def calibrate(
     exec_ : programs that calibrate, beside a list of names. time_limit_s : of one fit outside magbench.
     out : directory for calibration.json and the `exports` (c, px4, ardupilot, ros).
     force : export estimates too whose status is not ok, with the status in a comment.
+    unit_out : a unit for offset and matrix of the C header and of a further file: uT, mG, ..., `counts=NT_A_COUNT`, or
+        `counts` and `log` as the maps or the reading state.
 
     Raises InputError for data that are not fit for use, an unknown calibrator, a reference that is not known, and
     for a refused export, after all other files are written.
     """
     from magbench.api.results import Calibrations
-    from validation.calibrating.export import known_forms
+    from validation.calibrating.output_unit import output_unit
 
-    forms = known_forms(",".join(exports)) if exports else ()
-    if forms and out is None:
-        raise InputError("exports need a directory", where="--export", do="add -o DIRECTORY")
+    forms = _forms(exports, out)
     chosen = calibrators_from(with_, exec_, time_limit_s)
     with locked(out) as place:
         read = reading_from(data, maps, reading)
         recording = recording_from(data, time_s=time_s, reading=read, run=run)
         results = Calibrations.of(recording, reference_from(data, run, field_strength_nT, field_enu_nT, read), chosen)
+        results.unit = output_unit(unit_out, read) if unit_out else None
         if place is not None:
             _write(results, place, forms, force)
     return results if exec_ or not isinstance(with_, str) else _single(results, with_)
+
+
+def _forms(exports: Sequence[str], out: str | PathLike[str] | None) -> tuple[str, ...]:
+    """The formats of the exports; InputError for an unknown one, and without a directory."""
+    from validation.calibrating.export import known_forms
+
+    if exports and out is None:
+        raise InputError("exports need a directory", where="--export", do="add -o DIRECTORY")
+    return known_forms(",".join(exports)) if exports else ()
 
 
 def _write(results: Calibrations, place: Path, forms: Sequence[str], force: bool) -> None:
     """Write calibration.json and exports; InputError for refused exports, after all other files are written."""
     from validation.calibrating.calibration_file import RefusedExportsError, write_calibrations
 
-    refused = write_calibrations(results, place, forms, force=force)
+    refused = write_calibrations(results, place, forms, force=force, unit=results.unit)
     if refused:
         raise RefusedExportsError(refused, results)
 

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from reports.presentation.diagnosis import PresentedDiagnosis
     from reports.presentation.pooled import PresentedPool
     from validation.calibrating.calibrator_entry import CalibratorEntry
+    from validation.calibrating.output_unit import OutputUnit
     from validation.cross_validation.claimed_std import Claim
 
 
@@ -94,6 +95,7 @@ class Calibrations(dict[str, CalibrationResult]):
     ) -> None:
         super().__init__(results)
         self.screening, self.recording, self.reference = screening, screening.recording, reference
+        self.unit: OutputUnit | None = None
 
     @classmethod
     def of(cls, recording: Recording, reference: Reference, chosen: Sequence[CalibratorEntry]) -> Self:

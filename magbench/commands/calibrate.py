@@ -28,6 +28,14 @@ Export = Annotated[
 Force = Annotated[
     bool, typer.Option("--force", help="Export estimates that are not ok too, with the status in a comment.")
 ]
+UnitOut = Annotated[
+    str | None,
+    typer.Option(
+        "--unit-out",
+        metavar="UNIT",
+        help="Offset and matrix also in uT, mG, ..., counts=NT_A_COUNT, or `log`: as --unit or --map states.",
+    ),
+]
 AskWorth = Annotated[
     bool,
     typer.Option("--worth", help="Also test whether soft iron, eddy currents, temperature predict unseen legs better."),
@@ -47,6 +55,7 @@ def command(
     out: CalibrationOut = None,
     export: Export = None,
     force: Force = False,
+    unit_out: UnitOut = None,
     worth: AskWorth = False,
     json: Json = False,
 ) -> None:
@@ -77,6 +86,7 @@ def command(
             out=out,
             exports=export.split(",") if export else (),
             force=force,
+            unit_out=unit_out,
         )
     except RefusedExportsError as error:
         found, refused = error.calibrations, error
@@ -93,7 +103,8 @@ def _show(found: Calibrations, gains: Sequence[CrossValidation] | None, json: bo
     """The calibrations, faults of the sensor, claims that the legs contradict, and where asked the cross-validation."""
     from calib import to_dict
     from magbench.console import emit, show_text
-    from magbench.tables import show_calibrations
+    from magbench.tables import show_calibrations, show_in_unit
+    from validation.calibrating.output_unit import in_unit
     from validation.cross_validation.summary import claim_lines, claim_summary, headline, summary
     from validation.screening.screening import screening_lines
 
@@ -102,8 +113,11 @@ def _show(found: Calibrations, gains: Sequence[CrossValidation] | None, json: bo
         asked = {} if gains is None else {"worth": [summary(one) for one in gains]}
         calibrations = {name: to_dict(result) for name, result in found.items()}
         screening = found.screening.summary()
+        asked |= {"in_unit": in_unit(found, found.unit)} if found.unit else {}
         emit({"calibrations": calibrations, "screening": screening, "claims": claim_summary(claims), **asked})
         return
     show_calibrations(found)
+    if found.unit:
+        show_in_unit(found, found.unit)
     for line in (*screening_lines(found.screening), *claim_lines(claims), *(headline(one) for one in gains or ())):
         show_text(line)

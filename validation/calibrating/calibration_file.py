@@ -21,27 +21,37 @@ from scenarios.files import parsed_json, read_text
 from validation.calibrating.correction import corrected
 from validation.calibrating.export import FORMATS, exported
 from validation.calibrating.fitting import sensor_recordings
+from validation.calibrating.output_unit import OutputUnit, in_unit
 
 FILE = "calibration.json"
 WANTED = "give a calibration.json that `magbench calibrate` wrote"
 
 
 def write_calibrations(
-    results: Mapping[str, Calibration], out: Path, forms: Sequence[str] = (), *, force: bool = False
+    results: Mapping[str, Calibration],
+    out: Path,
+    forms: Sequence[str] = (),
+    *,
+    force: bool = False,
+    unit: OutputUnit | None = None,
 ) -> tuple[str, ...]:
     """Write OUT/calibration.json, {name: calibration}, and each calibration in the export formats `forms`.
 
-    Exports of several calibrations go to folders OUT/NAME/. force : see `export.exported`. Returns a line for
+    Exports of several calibrations go to folders OUT/NAME/. force : see `export.exported`.
+    unit : of the C header and of a further file, calibration_in_UNIT.json. Returns a line for
     each reason of refused exports; a refusal keeps back no other file. Raises InputError for a file that cannot be
     written.
     """
     files = {FILE: json.dumps({k: calib.to_dict(c) for k, c in results.items()}, indent=1, allow_nan=False) + "\n"}
+    if unit is not None:
+        table = json.dumps(in_unit(results, unit), indent=1, allow_nan=False) + "\n"
+        files[f"calibration_in_{unit.measured}.json"] = table
     refused: dict[str, list[str]] = {}
     for key, result in results.items():
         folder = f"{key}/" if len(results) > 1 else ""
         for form in forms:
             try:
-                name, text = exported(result, form, force=force)
+                name, text = exported(result, form, force=force, unit=unit)
             except InputError as error:
                 refused.setdefault(f"{key}: {error.what} ({error.do})", []).append(form)
                 _remove_earlier(out / folder / FORMATS[form].file)

@@ -11,6 +11,7 @@ import numpy as np
 from calib import Calibration
 from scenarios.arrays import Array
 from scenarios.errors import InputError
+from validation.calibrating.output_unit import NANOTESLA, OutputUnit
 
 FLU_TO_FRD = np.diag([1.0, -1.0, -1.0])
 NT_PER_GAUSS = 1e5
@@ -20,14 +21,16 @@ PARAMETER = re.compile(r"([A-Z][A-Z0-9_]+)[ ,](-?[0-9.]+)$", re.MULTILINE)
 """A parameter's line: name, and value after a blank or a comma."""
 
 
-def c_header(calibration: Calibration) -> str:
-    """C header: h = MAG_MATRIX (m - MAG_OFFSET_NT), body frame forward-left-up, nT."""
-    rows = ",\n".join("    {" + ", ".join(f"{v:.9e}f" for v in row) + "}" for row in calibration.matrix)
-    offset = ", ".join(f"{v:.6f}f" for v in calibration.offset_nT)
+def c_header(calibration: Calibration, unit: OutputUnit = NANOTESLA) -> str:
+    """C header: h = MAG_MATRIX (m - MAG_OFFSET_NT), body frame forward-left-up, nT or another unit."""
+    rows = ",\n".join("    {" + ", ".join(f"{v:.9e}f" for v in row) + "}" for row in unit.matrix(calibration))
+    offset = ", ".join(f"{v:.6f}f" for v in unit.offset(calibration))
+    name = f"MAG_OFFSET_{unit.measured.upper()}"
+    of = unit.measured if unit.field == unit.measured else f"h in {unit.field}, m in {unit.measured}"
     return (
-        f"/* {calibration.name}: h = MAG_MATRIX (m - MAG_OFFSET_NT), nT; x forward, y left, z up. */\n"
+        f"/* {calibration.name}: h = MAG_MATRIX (m - {name}), {of}; x forward, y left, z up. */\n"
         "#ifndef MAG_CALIBRATION_H\n#define MAG_CALIBRATION_H\n\n"
-        f"static const float MAG_OFFSET_NT[3] = {{{offset}}};\n"
+        f"static const float {name}[3] = {{{offset}}};\n"
         f"static const float MAG_MATRIX[3][3] = {{\n{rows}\n}};\n\n#endif\n"
     )
 
@@ -108,18 +111,20 @@ def known_forms(text: str) -> tuple[str, ...]:
     return forms
 
 
-def exported(calibration: Calibration, form: str, *, force: bool = False) -> tuple[str, str]:
+def exported(
+    calibration: Calibration, form: str, *, force: bool = False, unit: OutputUnit | None = None
+) -> tuple[str, str]:
     """Return file name and text of a calibration in a format of FORMATS.
 
     force : write an estimate whose status is not ok, and parameters outside the limits, below comments with the
-    reasons. Raises InputError otherwise; always for a calibration without an estimate, and for a matrix that the
-    format cannot hold.
+    reasons. unit : of the C header; the other formats have their own. Raises InputError otherwise; always for a
+    calibration without an estimate, and for a matrix that the format cannot hold.
     """
     status, kind = calibration.status, FORMATS[form]
     if not calibration.has_estimate:
         why = status.reason or "its terms correct the scalar magnetometer, and apply uses them"
         raise InputError(f"there is no estimate ({status.kind}): {why}", where=f"--export {form}", do="leave it out")
-    text = kind.write(calibration)
+    text = c_header(calibration, unit) if form == "c" and unit else kind.write(calibration)
     doubts = [
         f"status {status.kind}: {status.reason}" if status.kind != "ok" else "",
         kind.beyond_limits(text),
