@@ -199,11 +199,12 @@ def _caveat(fit: Calibration, structure: Structure, reference: Reference) -> Sta
 
 
 def _caused(fit: Calibration, structure: Structure, reference: Reference, motion: Status) -> Status:
-    """The structure as the cause of a covariance too large, or the motion where even directions would help."""
+    """The structure as the cause of a covariance too large; the motion, structure beside, if even directions help."""
     assert fit.covariance is not None
     even = replace(fit, covariance=fit.covariance * min(1.0, (EVEN_DILUTION / structure.dilution) ** 2))
     if structure.kind != "characteristic" and covariance_status(even, reference.strength_nT) is None:
-        return motion
+        told = structure.rms_nT > TOLD_FRACTION * reference.strength_nT
+        return Status("unobservable", f"{motion.reason}; beside, {structure.text}") if told else motion
     return Status("unobservable", f"{_worst_text(fit, reference)}: {structure.text}; {structure.remedy}")
 
 

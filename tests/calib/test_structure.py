@@ -112,6 +112,14 @@ def test_missing_directions_still_ask_for_motion():
     assert "roll and pitch further" in fit.status.reason
 
 
+def test_an_uneven_room_is_named_on_half_a_sphere():
+    h_nT = field_nT(0)
+    h_nT = h_nT * (1.0 + 0.015 * slow(len(h_nT), 0, 60.0)[:, :1])
+    status = get("ellipsoid").fit(measured(h_nT[h_nT[:, 0] > -0.33 * F_NT], 0), Reference(F_NT)).status
+    assert status.kind == "unobservable"
+    assert "uneven room" in status.reason
+
+
 @pytest.mark.parametrize("gain", [1.0, 0.0684])
 def test_the_cause_does_not_depend_on_the_unit(gain):
     h_nT = field_nT(1)
