@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 from scipy.special import stdtrit
 
 from calib.acceptance import in_time, residual_of
-from calib.models.ellipsoid import Standardised
+from calib.models.ellipsoid import Ellipsoid, Standardised
 from calib.models.linked import mean_rates, steps, unturned
-from calib.models.quadric import design, fit_ellipsoid_specific, refit, shape_matrix
+from calib.models.quadric import fit_ellipsoid_specific, refit
 from calib.numerics.noise import NORMAL_MEDIAN
 from calib.numerics.outliers import away_from_line, away_from_median, bridged, changes, short_runs
-from calib.numerics.points import lengths
+from calib.numerics.points import lengths, mapped
 from calib.reference import Reference
 from calib.result import Calibration
 from recordings import Recording
@@ -258,15 +258,22 @@ def _wild_of_sensor(recording: Recording, reference: Reference) -> Wild | None:
     for _ in range(ROUNDS):
         kept = slice(None) if wild is None else ~wild.rows
         scaled = Standardised.of(x[kept])
-        try:
-            theta = refit(scaled.x, fit_ellipsoid_specific(scaled.x)).theta
-        except np.linalg.LinAlgError:
+        ellipsoid = _ellipsoid(scaled.x)
+        if ellipsoid is None:
             return wild
-        points = (x - scaled.middle_nT) / scaled.scale_nT
-        gradient = 2 * (points @ shape_matrix(theta) + theta[6:9])
-        distance_nT = scaled.scale_nT * (design(points) @ theta[:9] + theta[9]) / lengths(gradient)
+        points = mapped(x, scaled.middle_nT + scaled.scale_nT * ellipsoid.centre, np.linalg.inv(ellipsoid.root))
+        distance_nT = lengths(points) - scaled.scale_nT
         found = wild_rows(in_time(recording, distance_nT)[:, None], recording, reference.strength_nT)
         if found is None or (wild is not None and np.array_equal(found.rows, wild.rows)):
             return found
         wild = found
     return wild
+
+
+def _ellipsoid(x: Array) -> Ellipsoid | None:
+    """The algebraic ellipsoid through points (n, 3), refitted where that is an ellipsoid too; None where none is."""
+    try:
+        theta = fit_ellipsoid_specific(x)
+        return Ellipsoid.of_quadric(refit(x, theta).theta) or Ellipsoid.of_quadric(theta)
+    except np.linalg.LinAlgError:
+        return None

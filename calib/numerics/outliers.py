@@ -126,9 +126,9 @@ def bridged(columns: Array, away: Array, limit: Array, half: int, share: float) 
 def short_runs(columns: Array, smooth: Array, limit: Array, longest: int, half: int, most: int, edge: float) -> Mask:
     """Rows (n,) in which a column (n, k) leaves the smooth one by more than the limit, in runs of at most `longest`.
 
-    A run begins and ends at an edge; smooth columns change by less than `edge` of this beside the run, or the run is
-    the top of a longer disturbance. Edges cut a longer run into several. No row of which more than `most` of the rows
-    within `half` on either side are beyond the limit.
+    A run begins and ends at an edge; beside the run columns change by less than `edge` of this, or the run is the top
+    or the beginning of a longer disturbance. Edges cut a longer run into several. No row of which more than `most` of
+    the rows within `half` on either side are beyond the limit.
     """
     n, k = columns.shape
     far, total = np.zeros(n, np.bool_), np.zeros(n + 1, np.int64)
@@ -156,8 +156,8 @@ def _is_edge(columns: Array, smooth: Array, limit: Array, inside: int, beside: i
     """Whether a column beyond the limit inside changes by more to the row beside than that to the row beyond."""
     for j in range(columns.shape[1]):
         away = abs(columns[inside, j] - smooth[inside, j])
-        change = abs(columns[inside, j] - smooth[beside, j])
-        if away > limit[inside, j] and abs(smooth[beside, j] - smooth[beyond, j]) < edge * change:
+        change = abs(columns[inside, j] - columns[beside, j])
+        if away > limit[inside, j] and abs(columns[beside, j] - smooth[beyond, j]) < edge * change:
             return True
     return False
 

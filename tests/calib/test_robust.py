@@ -164,6 +164,7 @@ def cut_off(residual):
 PHYSICS = {
     "a current that switches": lambda r, t: r + 400.0 * (t // 37 % 2),
     "a current in pulses of eight samples": lambda r, t: r + 400.0 * (t % 61 < 8),
+    "a current's transients": lambda r, t: r + 250.0 * np.exp(-(t % 200) / 4.0),
     "iron beside the way": lambda r, t: r + 2000.0 / (1.0 + ((t % 500 - 250) / 6.0) ** 2) ** 1.5,
     "noise that comes and goes": lambda r, t: r * np.where(t // 300 % 2, 12.0, 1.0),
     "noise in short stretches": lambda r, t: r * np.where((t + 200) % 400 < 40, 12.0, 1.0),
