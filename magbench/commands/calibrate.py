@@ -110,7 +110,7 @@ def _show(found: Calibrations, gains: Sequence[CrossValidation] | None, json: bo
 
     claims = found.claims()
     if json:
-        asked = {} if gains is None else {"worth": [summary(one) for one in gains]}
+        asked: dict[str, object] = {} if gains is None else {"worth": [summary(one) for one in gains]}
         calibrations = {name: to_dict(result) for name, result in found.items()}
         screening = found.screening.summary()
         asked |= {"in_unit": in_unit(found, found.unit)} if found.unit else {}

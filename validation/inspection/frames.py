@@ -24,6 +24,8 @@ from validation.signals.quaternion_conventions import (
 from validation.text import duration, figure, sentence
 
 SECTION = "frames"
+LEAST_TOLD_DEG = 0.01
+"""Smallest tilt that is told in degrees: a smaller one is rounding."""
 GYRO_FINDING = "gyro_and_attitude"
 GYRO_UNITS = {"deg/s": 180 / np.pi, "mrad/s": 1e3}
 
@@ -173,7 +175,8 @@ def _gravity(data: SensorData, q: Array) -> Finding | None:
         return finding
     tilt_deg = float(np.degrees(np.arccos(np.clip(mean[2] / np.linalg.norm(mean), -1, 1))))
     if tilt_deg < POLICY.upright_deg:
-        text = f"In the world frame the specific force points up, to within {tilt_deg:.2g} degrees."
+        within = f", to within {tilt_deg:.2g} degrees" if tilt_deg >= LEAST_TOLD_DEG else ""
+        text = f"In the world frame the specific force points up{within}."
         return Finding(SECTION, "gravity", tilt_deg, "deg", text)
     upside_down_deg = 180 - tilt_deg
     if upside_down_deg < POLICY.upright_deg:
