@@ -60,7 +60,9 @@ def _layout_in(lines: Sequence[str], dialect: Dialect) -> TableLayout | None:
         return _header_alone(split)
     wide = {i: cells for i, cells in split.items() if len(cells) == width}
     numeric = _numeric(list(wide.values()), width, dialect)
-    first = next(i for i, cells in wide.items() if _is_row(cells, numeric, dialect))
+    first = next((i for i, cells in wide.items() if _is_row(cells, numeric, dialect)), None)
+    if first is None:
+        return None
     rows = [cells for i, cells in wide.items() if i >= first]
     header, units = _header(lines[:first], rows, dialect)
     preamble = len([i for i in split if i < first]) - any(header) - any(units)
@@ -160,8 +162,7 @@ def _of_width(cells: Cells, rows: Sequence[Cells]) -> Cells | None:
     width = len(rows[0])
     if len(cells) == width - 1 and not _has_values(rows, width - 1):
         return [*cells, ""]
-    optional = cells[-1].lower() in OPTIONAL
-    cells = cells[:-1] if len(cells) == width + 1 and optional else cells
+    cells = cells[:-1] if len(cells) == width + 1 and cells[-1].lower() in OPTIONAL else cells
     return cells if len(cells) == width else None
 
 

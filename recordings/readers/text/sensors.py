@@ -63,5 +63,5 @@ def names_of(word: str, given: Sequence[str], values: int, timed: bool, run: int
     if given:
         return [f"{sensor}_{name.lower()}" if name.lower() in AXES else name for name in given]
     behind = [str(k + 1) for k in range(values - timed)]
-    parts = [*AXES, *behind[len(AXES) :]] if run == len(AXES) else behind
+    parts = [*AXES, *behind[len(AXES) :]] if run == len(AXES) <= len(behind) else behind
     return [*["time"][: int(timed)], *(f"{sensor}_{part}" for part in parts)]

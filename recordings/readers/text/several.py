@@ -18,6 +18,7 @@ from recordings.readers.text.layout import TableLayout
 from recordings.readers.text.lines import ChosenLines, lines_of
 from recordings.readers.text.sensors import AXES, COUNTS, is_nine, kind_of, letters, names_of, prefix
 from recordings.readers.text.tags import COLON, TaggedLines
+from recordings.readers.text.words import plain_number
 from recordings.streams import Stream, merge
 from scenarios.arrays import Array
 from scenarios.errors import InputError
@@ -97,12 +98,9 @@ class SensorLog:
     def _rises(self, word: str) -> bool:
         """Return whether the first value of a word's first lines is a clock, or never goes back and does not stay."""
         first = [cells[1 if self.tagged.at == 0 else 0] for cells in self.tagged.rows[word]]
-        numbers = [float(cell.replace(self.dialect.decimal, ".")) for cell in first if _is_float(cell, self.dialect)]
+        found = (plain_number(cell, self.dialect.decimal) for cell in first)
+        numbers = [number for number in found if number is not None]
         return not numbers or (bool(np.all(np.diff(numbers) >= 0)) and numbers[-1] > numbers[0])
-
-
-def _is_float(cell: str, dialect: Dialect) -> bool:
-    return dialect.is_value(cell) and ":" not in cell and cell.count("-", 1) < 2
 
 
 def _in_units(table: pa.Table) -> pa.Table:

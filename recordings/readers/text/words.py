@@ -79,6 +79,12 @@ def is_value(cell: str, decimal: str) -> bool:
     return bool(unit and is_unit(unit) and _NUMBERS[decimal].fullmatch(number))
 
 
+def plain_number(cell: str, decimal: str) -> float | None:
+    """Return a number without marks of thousands; None for another cell."""
+    text = cell.strip().replace(decimal, ".")
+    return float(text) if re.fullmatch(NUMBER, text) else None
+
+
 def is_unit(cell: str) -> bool:
     """Return whether the cell is a unit: in brackets, or a known word."""
     text = cell.strip()

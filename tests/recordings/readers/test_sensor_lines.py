@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -139,3 +140,17 @@ def test_unit_and_checksum_behind_the_last_value(tmp_path: Path) -> None:
 def test_words_and_numbers_behind_the_vector(tmp_path: Path) -> None:
     found = text(tmp_path, rows("mag", "{word}:\t{x:.6f}\t{y:.6f}\t{z:.6f}\theading:\t12.5"))
     np.testing.assert_allclose(block(found, *XYZ), MAG, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        ["M: 1.0, 2.0", "M: 1.0, 2.0, 3.0", "M: 1.0"],
+        ["MAG,5.00.01,1,2,3", "MAG,0.2,1,2,3", "MAG,0.3,1,2,3"],
+        ["M: word", "M: 3 words", "1 M"],
+        ["%", "# ", "%time,x,y", "MAG,,,", "MAG,-,-,-"],
+    ],
+)
+def test_damaged_lines_are_read_or_refused(lines: list[str], tmp_path: Path) -> None:
+    with suppress(InputError):
+        assert text(tmp_path, lines).table.num_columns
