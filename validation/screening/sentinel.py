@@ -39,7 +39,7 @@ def _isolated(column: Array) -> list[float]:
         high, low = _end(rest), _end(-rest)
         value, gap, often = max((high, (-low[0], *low[1:])), key=lambda end: end[1])
         span = float(np.ptp(rest)) - gap
-        if gap < POLICY.sentinel_gap * span or not _stands_for_nothing(value, gap, often, column):
+        if not gap or gap < POLICY.sentinel_gap * span or not _stands_for_nothing(value, gap, often, column):
             break
         found.append(value)
         rest = rest[rest != value]

@@ -138,11 +138,13 @@ def pile_up(values: Array, lattices: tuple[Lattice | None, ...]) -> list[PileUp]
         column = fresh[:, axis]
         if np.ptp(column) == 0:
             continue
-        ties = _ties(column[:, None]) > POLICY.tie_free
         for sign, side in SIDES:
             at = sign * column == (sign * column).max()
+            if at.sum() < POLICY.least_at_level:
+                continue
+            ties = _ties(column[~at][:, None]) > POLICY.tie_free
             step = lattice.step if lattice and not lattice.floating else 0.0
-            if at.sum() >= POLICY.least_at_level and _is_pile(sign * fresh, axis, at, step, float(noise[axis]), ties):
+            if _is_pile(sign * fresh, axis, at, step, float(noise[axis]), ties):
                 level = float(column[at][0])
                 found.append(PileUp(axis, side, level, int(np.count_nonzero(values[:, axis] == level))))
     return found
