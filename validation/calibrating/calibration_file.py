@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -24,6 +25,8 @@ from validation.calibrating.fitting import sensor_recordings
 from validation.calibrating.output_unit import OutputUnit, in_unit
 
 FILE = "calibration.json"
+UNSAFE = re.compile(r"[^\w.@=-]+")
+"""Characters of a calibrator with options that a folder's name cannot have on every system."""
 WANTED = "give a calibration.json that `magbench calibrate` wrote"
 
 
@@ -48,7 +51,7 @@ def write_calibrations(
         files[f"calibration_in_{unit.measured}.json"] = table
     refused: dict[str, list[str]] = {}
     for key, result in results.items():
-        folder = f"{key}/" if len(results) > 1 else ""
+        folder = UNSAFE.sub("-", key) + "/" if len(results) > 1 else ""
         for form in forms:
             try:
                 name, text = exported(result, form, force=force, unit=unit)

@@ -112,3 +112,9 @@ def test_a_scalar_magnetometers_terms_correct_its_channel_alone(tmp_path: Path) 
     write_recording(Recording(time_s, mag_nT), log)
     with pytest.raises(InputError, match="the recording has none"):
         apply_file(tmp_path / "calibration.json", log, out)
+
+
+def test_a_calibrator_with_options_has_one_folder(tmp_path: Path) -> None:
+    write_calibrations({"twostep:band=0.1/0.9": ONE, "sphere@2": ONE}, tmp_path, ["c"])
+    folders = {path.parent.name for path in tmp_path.glob("*/mag_calibration.h")}
+    assert folders == {"twostep-band=0.1-0.9", "sphere@2"}
