@@ -11,8 +11,7 @@ from magbench.api.inputs import (
     in_keywords,
     locked,
     reading_from,
-    recording_from,
-    reference_from,
+    recording_and_reference,
 )
 from scenarios.errors import InputError
 
@@ -112,9 +111,8 @@ def calibrate(
     forms = _forms(exports, out)
     chosen = calibrators_from(with_, exec_, time_limit_s)
     with locked(out) as place:
-        read = reading_from(data, maps, reading)
-        recording = recording_from(data, time_s=time_s, reading=read, run=run)
-        results = Calibrations.of(recording, reference_from(data, run, field_strength_nT, field_enu_nT, read), chosen)
+        read, field = reading_from(data, maps, reading), (field_strength_nT, field_enu_nT)
+        results = Calibrations.of(*recording_and_reference(data, field, time_s=time_s, reading=read, run=run), chosen)
         results.unit = output_unit(unit_out, read) if unit_out else None
         if place is not None:
             _write(results, place, forms, force)

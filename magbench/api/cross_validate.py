@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from magbench.api.inputs import Data, in_keywords, reading_from, recording_from, reference_from
+from magbench.api.inputs import Data, in_keywords, reading_from, recording_and_reference
 
 if TYPE_CHECKING:
     from recordings.reading import Reading
@@ -29,5 +29,5 @@ def worth(
     from validation.cross_validation.workflow import cross_validate
 
     read = reading_from(data, maps, reading)
-    recording = recording_from(data, reading=read, run=run)
-    return cross_validate(recording, reference_from(data, run, field_strength_nT, field_enu_nT, read))
+    field = field_strength_nT, field_enu_nT
+    return cross_validate(*recording_and_reference(data, field, reading=read, run=run))

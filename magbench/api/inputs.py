@@ -114,6 +114,19 @@ def reference_from(
     return stated_reference("reference", strength, vector)
 
 
+def recording_and_reference(
+    data: object,
+    field: tuple[float | None, Sequence[float] | None],
+    *,
+    time_s: ArrayLike | None = None,
+    reading: Reading | None = None,
+    run: int = 0,
+) -> tuple[Recording, Reference]:
+    """The recording, and the reference of a stated strength and vector; see `reference_from`."""
+    recording = recording_from(data, time_s=time_s, reading=reading, run=run)
+    return recording, reference_from(data, run, *field, reading)
+
+
 def stated_field(
     field_strength_nT: float | None, field_enu_nT: Sequence[float] | None, reading: Reading | None = None
 ) -> tuple[float | None, list[float] | None]:
