@@ -34,6 +34,8 @@ CONSTANT_FRACTION = 1e-9
 """Measurements that vary by less than this fraction of their largest value are constant."""
 ATTITUDE_STD_RAD = 3.5e-4
 
+TIMES_TO_LOG = "log the time of each sample, or name its column with --map time_s=COLUMN"
+
 NEEDS: dict[str, tuple[Callable[[Recording, Reference], object], str]] = {
     "attitude": (lambda recording, _: recording.att_q, "the attitude: record att_qw, att_qx, att_qy, att_qz"),
     "gyro": (lambda recording, _: recording.gyro_rad_s, "the body rate: record gyro_{x,y,z}_rad_s"),
@@ -219,6 +221,9 @@ class Calibrator(ABC):
                 f"{self.name} needs at least {self.min_samples} samples, "
                 f"the recording has {len(recording)}: record longer",
             )
+        by_time = self.sequential or "gyro" in self.needs or getattr(self, "eddy", False)
+        if by_time and not recording.origin.timed:
+            return Status("not_applicable", f"{self.name} needs times: {TIMES_TO_LOG}")
         return unusable(recording, reference, self.needs, self.name) or _constant(recording)
 
 

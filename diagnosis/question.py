@@ -55,7 +55,7 @@ class Question:
 
     def recording(self, source: Source) -> Recording:
         """The recording of one sensor, with its reference sensor and actuators; InputError for bad files and names."""
-        whole = one_sensor(source.read(), source.sensor, source.reference_sensor, source.place)
+        whole = one_sensor(source.read().in_nT(str(source.place)), source.sensor, source.reference_sensor, source.place)
         return with_actuators(whole, self.actuators, source.place)
 
     def known_field(self, source: Source, recording: Recording) -> Field:

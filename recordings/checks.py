@@ -26,6 +26,7 @@ from recordings.columns import (
 )
 from recordings.gaps import check_outage, filled, unit_quaternions
 from recordings.importer import RawColumns
+from recordings.likely_units import MOST_HARD_IRON_NT, half_extent, in_earth
 from recordings.streams import Interpolation
 from recordings.units import likely_unit
 from scenarios.arrays import Array
@@ -57,13 +58,15 @@ def check_columns(raw: RawColumns) -> Named:
     return dict(_filled(path, named))
 
 
-def check_field(path: Path, named: Named) -> Named:
+def check_field(raw: RawColumns, named: Named) -> Named:
     """Return the columns; InputError for too few samples, and for a field that is constant or cannot be in nT."""
+    path = raw.path
     _check_length(path, len(named["time_s"]), MIN_SAMPLES)
     for names in _sensors(named):
-        field_nT = np.column_stack([named[name] for name in names])
+        field_nT = np.column_stack([named[name] for name in names[: len(raw.origin.axes)]])
         _check_moving(path, names, field_nT)
-        _check_strength(path, names, field_nT)
+        if raw.origin.unit == "nT":
+            _check_strength(path, names, field_nT)
     return named
 
 
@@ -167,8 +170,8 @@ def _filled_vector(path: Path, names: Sequence[str], named: Named, rotation: boo
 
 
 def _check_moving(path: Path, names: Sequence[str], field_nT: Array) -> None:
-    stuck = [name for name, width in zip(names, np.ptp(field_nT, axis=0), strict=True) if width == 0]
-    if len(stuck) == len(names):
+    stuck = [name for name, width in zip(names, np.ptp(field_nT, axis=0), strict=False) if width == 0]
+    if len(stuck) == field_nT.shape[1]:
         what, do = "all three axes are constant: the sensor did not measure or did not move", "give another recording"
         raise InputError(what, where=f"{path}: {', '.join(stuck)}", do=do)
     if stuck:
@@ -180,7 +183,8 @@ def _check_moving(path: Path, names: Sequence[str], field_nT: Array) -> None:
 def _check_strength(path: Path, names: Sequence[str], field_nT: Array) -> None:
     strength = float(np.median(np.linalg.norm(field_nT, axis=1)))
     low, high = FIELD_RANGE_NT
-    if low <= strength <= high:
+    turned_nT = float(half_extent(field_nT).max())
+    if low <= strength <= high or (strength < MOST_HARD_IRON_NT and in_earth(turned_nT)):
         return
     unit = likely_unit(strength)
     guess = f"it looks like {unit}" if unit else "it may be raw counts"

@@ -14,13 +14,16 @@ from numpy.typing import NDArray
 from recordings.body_frame import turned
 from recordings.columns import RUN, group_of, is_truth, mag_names, numbers
 from recordings.decode import NotNumbersError, is_empty, is_timestamp, numbers_of, seconds_of, words_of
+from recordings.interpretation import Interpretation, without_unit
+from recordings.names import guessed_maps, stated_maps
 from recordings.readers import load
 from recordings.readers.base import Wanted
 from recordings.reading import Reading
 from recordings.recording import STATED, Origin
+from recordings.sensor_rows import magnetometer_rows
 from recordings.units import ColumnMap
 from scenarios.arrays import Array
-from scenarios.errors import InputError
+from scenarios.errors import InputError, errors_relocated
 
 LARGEST = 1e30
 """No quantity is larger in any unit; loggers write the largest float for "no value", so larger values are infinite."""
@@ -33,12 +36,14 @@ class RawColumns:
     """The columns of a file before any check: float64 (n,), NaN for an empty cell; words for `phase`.
 
     sources : name -> name in the file, for renamed columns. origin : how they were read, with the reader's notes.
+    strict : whether every row counts, as in memory, where results stand beside the rows: none is skipped or moved.
     """
 
     path: Path
     named: dict[str, NDArray[Any]]
     sources: Mapping[str, str] = field(default_factory=dict)
     origin: Origin = STATED
+    strict: bool = False
 
 
 def read_columns(
@@ -74,13 +79,27 @@ def raw_columns(
     path: Path, table: pa.Table, reading: Reading = NOTHING_STATED, notes: tuple[str, ...] = ()
 ) -> RawColumns:
     """Return the columns of a table, mapped and converted, see `read_columns`; messages call the table `path`."""
-    maps = reading.column_maps
-    named = _named(path, table, maps)
-    _check_names(path, tuple(named), table.schema)
+    with errors_relocated(str(path), ""):
+        table, skipped = magnetometer_rows(table, reading.stream)
+        stated = stated_maps(table, reading)
+        guessed = guessed_maps(table, stated)
+    named = _named(path, table, (*stated, *guessed))
+    _check_names(path, tuple(named), table.schema, in_plane=len(reading.mag) == 2 or _in_plane(guessed))
     decoded = {name: _decoded(path, name, *source) for name, source in named.items()}
-    known = turned({name: values for name, values in decoded.items() if values is not None}, reading)
-    sources = {one.target: one.source for one in maps}
-    return RawColumns(path, known, sources, Origin(notes, frame=reading.frame or ""))
+    kept = {name: values for name, values in decoded.items() if values is not None}
+    found = Interpretation(kept, (*stated, *guessed), guessed, reading)
+    found.settle()
+    origin = Origin(
+        (*notes, *skipped, *found.line, *found.notes), found.unit, found.timed, found.axes, reading.frame or ""
+    )
+    return RawColumns(path, turned(found.named, reading), found.sources, origin)
+
+
+def _in_plane(guessed: Sequence[ColumnMap]) -> bool:
+    """Return whether x and y of a magnetometer were found, and no z."""
+    x, y, z = mag_names()
+    targets = {one.target for one in guessed}
+    return {x, y} <= targets and z not in targets
 
 
 Source = tuple[pa.ChunkedArray, ColumnMap | None]
@@ -97,19 +116,19 @@ def _named(path: Path, table: pa.Table, maps: Sequence[ColumnMap]) -> dict[str, 
     return kept | {entry.target: (table.column(entry.source), entry) for entry in maps}
 
 
-def _check_names(path: Path, names: Sequence[str], schema: pa.Schema) -> None:
-    """Raise InputError unless there are time and field, of a single magnetometer or of an array."""
+def _check_names(path: Path, names: Sequence[str], schema: pa.Schema, *, in_plane: bool) -> None:
+    """Raise InputError unless there is a field, of a single magnetometer or of an array; in a plane without z."""
     sensors = numbers("mag", names)
     if sensors and any(name in names for name in mag_names()):
         what = "holds both mag_x_nT … and mag1_x_nT …: one magnetometer or an array?"
         raise InputError(what, where=str(path), do="keep one of the two, or rename the other")
     _check_numbers(path, sensors)
     field = [name for sensor in sensors or (None,) for name in mag_names(sensor)]
-    missing = next((name for name in ("time_s", *field) if name not in names), None)
+    missing = next((name for name in field[: 2 if in_plane else None] if name not in names), None)
     if missing is not None:
-        example = "t,unit=ms" if missing == "time_s" else missing.replace("mag_", "b").replace("_nT", ",unit=uT")
+        example = missing.replace("mag_", "b").replace("_nT", ",unit=uT")
         what = f"there is no column {missing}; the file has {_listed(schema)}"
-        raise InputError(what, where=str(path), do=f"name it with --map {missing}={example}")
+        raise InputError(what, where=str(path), do=f"name it with --map {missing}={example}, or all with --mag")
 
 
 def _check_numbers(path: Path, sensors: Sequence[int]) -> None:
@@ -141,7 +160,7 @@ def _decoded(path: Path, name: str, column: pa.ChunkedArray, entry: ColumnMap | 
     except (pa.ArrowException, ValueError, OverflowError) as error:
         reason = " ".join(str(error).split())[:160]
         raise InputError(f"cannot be read: {reason}", where=f"{path}: {name}", do="store it as numbers") from None
-    return values if group == "phase" else _bounded(values if entry is None else entry.convert(values))
+    return values if group == "phase" else _bounded(values if entry is None else without_unit(entry).convert(values))
 
 
 def _cells(column: pa.ChunkedArray, group: str) -> NDArray[Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Protocol, runtime_checkable
 
@@ -10,10 +11,9 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import ArrayLike
 
-from recordings.assemble import recording_of
-from recordings.checks import check_columns, check_field
 from recordings.columns import mag_names
 from recordings.importer import RawColumns, raw_columns
+from recordings.reader import checked_recording
 from recordings.reading import Reading, hear
 from recordings.recording import Recording
 from scenarios.arrays import Array
@@ -52,7 +52,7 @@ def raw_columns_of(data: object, *, time_s: ArrayLike | None = None, reading: Re
         table = pa.table(columns)
     except CONVERSION as error:
         raise _unreadable(error, str(FRAME)) from None
-    return raw_columns(place, table, reading or Reading())
+    return replace(raw_columns(place, table, reading or Reading()), strict=True)
 
 
 def recording_in_memory(data: object, *, time_s: ArrayLike | None = None, reading: Reading | None = None) -> Recording:
@@ -61,8 +61,9 @@ def recording_in_memory(data: object, *, time_s: ArrayLike | None = None, readin
     Raises InputError for data that are not fit for use.
     """
     raw = raw_columns_of(data, time_s=time_s, reading=reading)
-    hear(*raw.origin.notes)
-    return recording_of(check_field(raw.path, check_columns(raw)), raw.origin)
+    recording = checked_recording(raw)
+    hear(*recording.origin.notes)
+    return recording
 
 
 def _array_columns(data: object, time_s: ArrayLike | None) -> dict[str, Array]:

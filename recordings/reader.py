@@ -10,8 +10,9 @@ import pyarrow as pa
 
 from recordings.assemble import recording_of, truth_of
 from recordings.checks import check_columns, check_field, check_truth
-from recordings.importer import read_columns
+from recordings.importer import RawColumns, read_columns
 from recordings.manifest import file_of
+from recordings.mending import mended
 from recordings.metadata import read_metadata
 from recordings.readers import is_parquet
 from recordings.reading import Reading, hear
@@ -28,10 +29,16 @@ def read_recording(path: Path, *, run: int = 0, maps: Sequence[str] = (), readin
     """
     file = file_of(path, run)
     raw = read_columns(file, Reading.for_file(file, maps, reading))
-    recording = recording_of(check_field(raw.path, check_columns(raw)), raw.origin)
+    recording = checked_recording(raw)
     hear(*recording.origin.notes)
     pa.default_memory_pool().release_unused()  # else Arrow keeps twice the memory of a long log
     return recording
+
+
+def checked_recording(raw: RawColumns) -> Recording:
+    """Return the recording in columns, mended and checked; InputError for data that are not fit for use."""
+    whole = mended(raw)
+    return recording_of(check_field(whole, check_columns(whole)), whole.origin)
 
 
 def read_run(path: Path, *, run: int = 0) -> tuple[Recording, Truth]:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.arrays import Array
+from scenarios.errors import InputError
 
 
 @dataclass(frozen=True)
@@ -81,6 +82,15 @@ class Recording:
         more = [item.name for item in fields(self)[2:-4] if getattr(self, item.name) is not None]
         named = f"; {', '.join([*more, *self.channels])}" if more or self.channels else ""
         return f"Recording: {len(self)} samples of {of} in {length_s:.6g} s{named}"
+
+    def in_nT(self, where: str = "recording") -> Recording:
+        """Return the recording; InputError where the field is in counts of unknown unit."""
+        if self.origin.unit != "nT":
+            what = "the field is in counts of unknown unit"
+            raise InputError(
+                what, where=where, do="give --unit uT and the like, or nT a count as --map mag_x_nT=x,scale=F"
+            )
+        return self
 
     @property
     def motors(self) -> tuple[int, ...]:

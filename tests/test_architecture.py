@@ -33,6 +33,7 @@ WORDS = {
     "validation/inspection/frames.py": {"scale"},
     "validation/inspection/values.py": {"spikes"},
     "recordings/units.py": {"scale"},
+    "recordings/column_words.py": {"scale"},
     "sim/effects/channels.py": {"scale"},
     "scenarios/paths/turntable.py": {"turntable"},
 }

@@ -79,7 +79,7 @@ def _experiment(
     from validation.bound.files import experiment_of
 
     where = str(source) if isinstance(source, str | PathLike) else "recording"
-    return experiment_of(recording_from(source, reading=reading, run=run), reference, noise_std_nT, where)
+    return experiment_of(recording_from(source, reading=reading, run=run).in_nT(where), reference, noise_std_nT, where)
 
 
 @in_keywords()

@@ -112,7 +112,7 @@ def calibrate(
     chosen = calibrators_from(with_, exec_, time_limit_s)
     with locked(out) as place:
         read, field = reading_from(data, maps, reading), (field_strength_nT, field_enu_nT)
-        results = Calibrations.of(*recording_and_reference(data, field, time_s=time_s, reading=read, run=run), chosen)
+        results = Calibrations.of(*recording_and_reference(data, field, time_s, read, run), chosen)
         results.unit = output_unit(unit_out, read) if unit_out else None
         if place is not None:
             _write(results, place, forms, force)

@@ -117,7 +117,6 @@ def reference_from(
 def recording_and_reference(
     data: object,
     field: tuple[float | None, Sequence[float] | None],
-    *,
     time_s: ArrayLike | None = None,
     reading: Reading | None = None,
     run: int = 0,

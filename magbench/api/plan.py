@@ -109,5 +109,5 @@ def _after(
     noise_std_nT, field_enu_nT = stated
     reference = reference_from(after, 0, None, field_enu_nT, reading)
     where = str(after) if isinstance(after, str | PathLike) else "recording"
-    known = experiment_of(recording_from(after, reading=reading), reference, noise_std_nT, where)
+    known = experiment_of(recording_from(after, reading=reading).in_nT(where), reference, noise_std_nT, where)
     return next_legs(task.after(known), most_s, size)

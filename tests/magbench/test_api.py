@@ -99,7 +99,7 @@ MISTAKES: dict[str, tuple[Any, str]] = {
     "another unit": (measured() / 1000, "it looks like uT"),
     "too few rows": (measured()[:4], "holds 4 samples"),
     "no rows": (np.zeros((0, 3)), "holds 0 samples"),
-    "a frame without time": (pd.DataFrame(measured()), "there is no column time_s"),
+    "a frame without time": (pd.DataFrame(measured()), "there is no column mag_x_nT"),
     "a dict of unequal columns": ({"time_s": [0.0], "mag_x_nT": [1.0, 2.0]}, "data frame: cannot be read"),
     "a dict of tables": ({"time_s": np.zeros((3, 3))}, "time_s: is not a column"),
     "a recording of odd shape": (Recording(np.arange(3.0), measured()), "recording: time_s has shape"),

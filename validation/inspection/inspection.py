@@ -67,7 +67,7 @@ def inspect_file(
 def inspect_log(log: RawLog, reference: Reference | None = None) -> Inspection:
     """Inspect a log that has been read; without a reference the median strength stands for the field's."""
     log, unit = in_seconds(log)
-    findings = [_taken(log), *unit, *timing_findings(log), missing_finding(log)]
+    findings = [_taken(log), *_read(log), *unit, *timing_findings(log), missing_finding(log)]
     sensors = []
     screened = None if log.recording is None else screen(log.recording, reference)
     for sensor in log.sensors:
@@ -94,6 +94,15 @@ def _taken(log: RawLog) -> Finding:
     if not log.refusal:
         return Finding(SECTION, "accepted", True, "", "`magbench calibrate` accepts the file.")
     return Finding(SECTION, "accepted", False, "", f"`magbench calibrate` refuses the file: {log.refusal}", "warning")
+
+
+def _read(log: RawLog) -> list[Finding]:
+    """Return how names, units and rows were read, a finding a note."""
+    return [Finding(SECTION, "reading", note, "", _sentence(note), "note") for note in log.origin.notes]
+
+
+def _sentence(note: str) -> str:
+    return note[0].upper() + note[1:] + "."
 
 
 def summary(inspection: Inspection) -> dict[str, Any]:

@@ -15,7 +15,9 @@ from recordings.checks import MIN_INTERVAL_S, check_columns, check_field
 from recordings.columns import ACCEL, ATTITUDE, GYRO, mag_names, numbers
 from recordings.importer import RawColumns, read_columns
 from recordings.manifest import file_of
+from recordings.mending import mended
 from recordings.reading import Reading
+from recordings.recording import STATED, Origin
 from scenarios.arrays import Array
 from scenarios.errors import InputError
 
@@ -32,6 +34,7 @@ class RawLog:
     refusal : reason why `magbench calibrate` refuses the file, "" for an accepted file.
     recording : as `magbench calibrate` reads the file, None for a refused file.
     frame : the body frame that was stated, "flu" or "frd"; the columns are in FLU.
+    faulty : the columns before rows and times were mended, where they were; their faults are findings.
     """
 
     path: Path
@@ -40,9 +43,16 @@ class RawLog:
     refusal: str
     recording: Recording | None = None
     frame: str = ""
+    faulty: dict[str, Array] | None = None
+    origin: Origin = STATED
 
     def __len__(self) -> int:
         return len(self.columns["time_s"])
+
+    @property
+    def as_found(self) -> dict[str, Array]:
+        """Return the columns with the faults of rows and times."""
+        return self.columns if self.faulty is None else self.faulty
 
     @property
     def sensors(self) -> tuple[int | None, ...]:
@@ -85,7 +95,7 @@ class Series:
 
 
 def read_log(path: Path, *, maps: Sequence[str] = (), reading: Reading | None = None, run: int = 0) -> RawLog:
-    """Read a run, a dataset directory (run number `run`) or a measured log read as stated; repair nothing.
+    """Read a run, a dataset directory (run number `run`) or a measured log read as stated.
 
     Raises InputError for a file that cannot be read, without numeric columns of time and field.
     """
@@ -94,17 +104,24 @@ def read_log(path: Path, *, maps: Sequence[str] = (), reading: Reading | None = 
 
 
 def log_of(raw: RawColumns) -> RawLog:
-    """Return the log of columns that have been read."""
-    columns = {name: np.asarray(values, np.float64) for name, values in raw.named.items() if name != "phase"}
-    return RawLog(raw.path, columns, dict(raw.sources), *_accepted(raw), raw.origin.frame)
+    """Return the log of columns that have been read, mended as the other commands do."""
+    whole = mended(raw)
+    faulty = None if whole is raw else _numbers(raw)
+    return RawLog(
+        raw.path, _numbers(whole), dict(raw.sources), *_accepted(whole), whole.origin.frame, faulty, whole.origin
+    )
 
 
-def _accepted(raw: RawColumns) -> tuple[str, Recording | None]:
+def _numbers(raw: RawColumns) -> dict[str, Array]:
+    return {name: np.asarray(values, np.float64) for name, values in raw.named.items() if name != "phase"}
+
+
+def _accepted(whole: RawColumns) -> tuple[str, Recording | None]:
     """Return why the columns are refused, "" with their recording if they are not."""
     try:
-        return "", recording_of(check_field(raw.path, check_columns(raw)), raw.origin)
+        return "", recording_of(check_field(whole, check_columns(whole)), whole.origin)
     except InputError as error:
-        return str(error).removeprefix(f"{raw.path}: "), None
+        return str(error).removeprefix(f"{whole.path}: "), None
 
 
 def series_of(log: RawLog, sensor: int | None) -> Series:

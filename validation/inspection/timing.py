@@ -37,7 +37,7 @@ def timing_findings(log: RawLog) -> list[Finding]:
     """Return findings on samples, duration, interval, jitter, gaps, order, and rates of the other columns."""
     stamps = log.columns["time_s"]
     time_s = np.unique(stamps[np.isfinite(stamps)])
-    found = [_samples(stamps, time_s), _order(stamps)]
+    found = [_samples(stamps, time_s), _order(log.as_found["time_s"])]
     if len(time_s) > 2:
         found[1:1] = [_interval(time_s), _jitter(time_s), _gaps(time_s)]
     return [*found, *rate_findings(log)] if len(time_s) >= POLICY.least_rate_rows else found

@@ -20,7 +20,7 @@ MOST_LISTED = 20
 
 def missing_finding(log: RawLog) -> Finding:
     """Return numbers of empty cells, NaN and infinities by column."""
-    counts = {name: int(np.count_nonzero(~np.isfinite(values))) for name, values in log.columns.items()}
+    counts = {name: int(np.count_nonzero(~np.isfinite(values))) for name, values in log.as_found.items()}
     counts = {name: count for name, count in counts.items() if count}
     if not counts:
         return Finding(SECTION, "missing", {}, "cells", "No cell is empty.")
