@@ -60,11 +60,16 @@ def write_calibrations(
                 _remove_earlier(out / folder / FORMATS[form].file)
             else:
                 files[folder + name] = text
+    _write_all(files, out)
+    return tuple(f"{', '.join(forms)} of {why}" for why, forms in refused.items())
+
+
+def _write_all(files: Mapping[str, str], out: Path) -> None:
+    """Write texts by name, in folders where a name has one."""
     for name, text in files.items():
         with system_errors_about((out / name).parent, "choose another directory"):
             (out / name).parent.mkdir(parents=True, exist_ok=True)
         write_text(out / name, text)
-    return tuple(f"{', '.join(forms)} of {why}" for why, forms in refused.items())
 
 
 def _remove_earlier(export: Path) -> None:
