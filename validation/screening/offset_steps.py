@@ -81,13 +81,18 @@ def _steps(column: Array, gaps: NDArray[np.intp]) -> list[tuple[int, float]]:
     near_gap[np.clip(gaps[:, None] - np.arange(2 * SIDE - 1), 0, len(fitted) - 1).ravel()] = True
     candidates = np.flatnonzero((np.abs(fitted) > limit) & ~near_gap)
     for k in candidates[np.argsort(-np.abs(fitted[candidates]))][: POLICY.most_steps]:
-        around = slice(max(0, k - 2 * SIDE), k + 4 * SIDE)
-        rest = column[around].copy()
-        rest[k + SIDE - around.start :] -= fitted[k]
-        left = np.abs(_fitted(rest))
-        if len(left) and left.max() < POLICY.step_left * abs(fitted[k]):
+        if _clean_without(column, int(k), float(fitted[k])):
             found.append((int(k) + SIDE - 1, float(fitted[k])))
     return found
+
+
+def _clean_without(column: Array, k: int, height: float) -> bool:
+    """Return whether an axis (n,) is ordinary around the fit k once the step of that height is taken out."""
+    around = slice(max(0, k - 2 * SIDE), k + 4 * SIDE)
+    rest = column[around].copy()
+    rest[k + SIDE - around.start :] -= height
+    left = np.abs(_fitted(rest))
+    return bool(len(left) and left.max() < POLICY.step_left * abs(height))
 
 
 def _local_scale(size: Array) -> Array:
