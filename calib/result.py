@@ -107,6 +107,11 @@ class Calibration:
         return SCALAR_TERM in self.parameters
 
     @property
+    def determines_z(self) -> bool:
+        """Whether the offset along z is estimated; a planar calibration claims those along x and y alone."""
+        return OFFSET_NAMES[0] not in self.covariance_names or OFFSET_NAMES[2] in self.covariance_names
+
+    @property
     def offset_covariance_nT2(self) -> Array | None:
         """Claimed covariance (3, 3) of the offset, nT^2; None where the method gives none."""
         if self.covariance is None or not set(OFFSET_NAMES) <= set(self.covariance_names):

@@ -77,7 +77,8 @@ def show_calibrations(calibrations: Mapping[str, Calibration]) -> None:
     for name, c in calibrations.items():
         offset, matrix = "-", "-"
         if c.has_estimate:
-            offset = " ".join(f"{v:.2f}" for v in c.offset_nT)
+            estimated = c.offset_nT if c.determines_z else c.offset_nT[:2]
+            offset = " ".join([*(f"{v:.2f}" for v in estimated), *["-"] * (3 - len(estimated))])
             matrix = "; ".join(" ".join(f"{v:.5f}" for v in row) for row in c.matrix)
         rows.append([name, c.status.kind, offset, matrix, c.status.reason])
     show_table("calibrations", ["calibrator", "status", "offset, nT", "matrix", "reason"], rows)

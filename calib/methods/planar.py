@@ -46,13 +46,13 @@ class Planar(Calibrator):
     most_thickness: Positive = 0.3
 
     def _solve(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration | Status:
+        unfit = self._not_level(Extent.of(recording.mag_nT))
+        if unfit is not None:
+            return unfit
         order = np.argsort(recording.time_s, kind="stable")
         ellipse = Ellipse.of(recording.mag_nT[order, :2])
         if ellipse is None:
             return Status("unobservable", "the measurements lie on no ellipse in x and y: make a whole level turn")
-        unfit = self._not_level(Extent.of(recording.mag_nT), ellipse)
-        if unfit is not None:
-            return unfit
         return self._calibration(ellipse, _horizontal(reference) or ellipse.radius_nT)
 
     def _calibration(self, ellipse: Ellipse, horizontal_nT: float) -> Calibration:
@@ -74,9 +74,13 @@ class Planar(Calibrator):
             covariance_names=NAMES,
         )
 
-    def _not_level(self, extent: Extent, ellipse: Ellipse) -> Status | None:
-        """Not applicable unless the measurements lie near a plane, whose normal is near the sensor's z."""
-        if extent.thickness_nT > self.most_thickness * ellipse.radius_nT:
+    def _not_level(self, extent: Extent) -> Status | None:
+        """Not applicable unless the measurements lie near a plane, whose normal is near the sensor's z.
+
+        The variances along the two longer axes add up to the squared radius of a whole turn.
+        """
+        radius_nT = float(np.sqrt(extent.variance[1:].sum()))
+        if extent.thickness_nT > self.most_thickness * radius_nT:
             what = f"the measurements leave a plane by {extent.thickness_nT:.3g} nT rms"
             return Status("not_applicable", f"{self.name} needs a level turn, and {what}: take ellipsoid")
         if abs(extent.thinnest[2]) < UPRIGHT:

@@ -92,7 +92,7 @@ def calibrate(
     field_strength_nT, field_enu_nT : the Earth's field there, its strength or (east, north, up); a simulated run's
         file knows its own.
     with_ : names of `magbench list calibrators`, what `magbench.register` named, or module:object. A failed fit is a
-        result too: its `status` says why.
+        result too: its `status` says why. An empty list: sphere and ellipsoid, and planar for a level turn.
     time_s : (n,) beside an array; without it the samples are taken to be a second apart.
     maps : `mag_x_nT=bx,unit=uT` renames and converts columns. reading : a `magbench.Reading`: columns, unit, axes,
         frame, place and date of a log. run : which run of a dataset directory.
@@ -109,7 +109,7 @@ def calibrate(
     from validation.calibrating.output_unit import output_unit
 
     forms = _forms(exports, out)
-    chosen = calibrators_from(with_, exec_, time_limit_s)
+    chosen = calibrators_from(with_, exec_, time_limit_s) if with_ or exec_ else ()
     with locked(out) as place:
         read, field = reading_from(data, maps, reading), (field_strength_nT, field_enu_nT)
         results = Calibrations.of(*recording_and_reference(data, field, time_s, read, run), chosen)

@@ -16,6 +16,7 @@ from diagnosis.several.result import PooledDiagnosis
 from recordings import Recording
 from reports.pages.comparison import Comparison
 from validation.calibrating.fitting import sensor_fits, sensor_recordings
+from validation.calibrating.selection import usual_calibrators
 from validation.gates.gate_outcome import GateOutcome
 from validation.inspection.inspection import Inspection
 from validation.scoring.outcome import Outcome
@@ -99,8 +100,9 @@ class Calibrations(dict[str, CalibrationResult]):
 
     @classmethod
     def of(cls, recording: Recording, reference: Reference, chosen: Sequence[CalibratorEntry]) -> Self:
-        """The calibrations of a screened recording by every chosen calibrator."""
+        """The calibrations of a screened recording by every chosen calibrator, without any by the usual ones."""
         screening = screen(recording, reference)
+        chosen = chosen or usual_calibrators(screening.recording, reference)
         views = {key: one for entry in chosen for key, one in sensor_recordings(recording, entry.name).items()}
         results = {}
         for fit in sensor_fits(screening.recording, reference, chosen):

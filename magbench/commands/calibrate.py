@@ -18,9 +18,6 @@ if TYPE_CHECKING:
     from recordings.reading import Reading
     from validation.cross_validation.workflow import CrossValidation
 
-USUAL = ("sphere", "ellipsoid")
-"""The calibrators where none is named."""
-
 CalibrationOut = Annotated[Path | None, typer.Option("--out", "-o", help="Directory for calibration.json and exports.")]
 Export = Annotated[
     str | None, typer.Option(help="Also write offset and matrix as c, px4, ardupilot, ros (comma-separated).")
@@ -59,7 +56,9 @@ def command(
     worth: AskWorth = False,
     json: Json = False,
 ) -> None:
-    """Calibrate a recording and print offset and matrix; by sphere and ellipsoid, unless --with or --exec is given.
+    """Calibrate a recording and print offset and matrix; without --with and --exec by sphere and ellipsoid.
+
+    A level turn is calibrated by planar too, and a log with x and y alone by planar.
 
     Status 1 where a calibrator of --with or --exec was not applicable, 2 where an export is refused; table and other
     files are there all the same.
@@ -77,7 +76,7 @@ def command(
         found = calibrate(
             data,
             field_strength_nT,
-            with_=split(with_ or "") if named else list(USUAL),
+            with_=split(with_) if with_ else [],
             field_enu_nT=field_vector(field_enu_nT),
             reading=reading,
             run=run,

@@ -17,6 +17,8 @@ FLU_TO_FRD = np.diag([1.0, -1.0, -1.0])
 NT_PER_GAUSS = 1e5
 SYMMETRIC = 1e-3
 """Largest |M - M^T| of a matrix that a six-number format accepts; the antisymmetric half is dropped."""
+OF_Z = ("ZOFF", "ZSCALE", "YODIAG", "ZODIAG", "OFS_Z", "DIA_Z", "ODI_Y", "ODI_Z")
+"""Ends of the parameters of z, and of the matrix's entries xz and yz."""
 PARAMETER = re.compile(r"([A-Z][A-Z0-9_]+)[ ,](-?[0-9.]+)$", re.MULTILINE)
 """A parameter's line: name, and value after a blank or a comma."""
 
@@ -45,7 +47,7 @@ def px4(calibration: Calibration) -> str:
     values = {f"CAL_MAG0_{axis}OFF": v / NT_PER_GAUSS for axis, v in zip("XYZ", offset, strict=True)}
     values |= {f"CAL_MAG0_{axis}SCALE": v for axis, v in zip("XYZ", np.diag(matrix), strict=True)}
     values |= {f"CAL_MAG0_{axis}ODIAG": v for axis, v in zip("XYZ", upper, strict=True)}
-    return "".join(f"param set {name} {value:.8f}\n" for name, value in values.items())
+    return "".join(f"param set {name} {value:.8f}\n" for name, value in _estimated(values, calibration))
 
 
 def ardupilot(calibration: Calibration) -> str:
@@ -59,7 +61,13 @@ def ardupilot(calibration: Calibration) -> str:
     values |= {f"COMPASS_DIA_{axis}": v for axis, v in zip("XYZ", np.diag(matrix), strict=True)}
     values |= {f"COMPASS_ODI_{axis}": v for axis, v in zip("XYZ", upper, strict=True)}
     values["COMPASS_SCALE"] = 1.0
-    return "".join(f"{name},{value:.6f}\n" for name, value in values.items())
+    return "".join(f"{name},{value:.6f}\n" for name, value in _estimated(values, calibration))
+
+
+def _estimated(values: dict[str, float], calibration: Calibration) -> list[tuple[str, float]]:
+    """Return the parameters that are estimated: a planar calibration leaves those of z as the vehicle has them."""
+    skipped = () if calibration.determines_z else OF_Z
+    return [(name, value) for name, value in values.items() if not name.endswith(skipped)]
 
 
 def ros_yaml(calibration: Calibration) -> str:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from calib import CALIBRATORS, get
+from calib import CALIBRATORS, Reference, get
 from calib.external import external_method
 from calib.options import SEPARATOR
+from recordings import Recording
 from scenarios.errors import InputError
 from scenarios.names import closest, offered_calibrators
 from validation.calibrating.calibrator_entry import BuiltIn, CalibratorEntry, FitMethod
@@ -17,6 +18,8 @@ from validation.calibrating.processes import TIME_LIMIT_S
 from validation.calibrating.python_object import ImportedObject, default_name
 from validation.calibrating.registry import REGISTERED, RegisteredObject
 
+USUAL, LEVEL = ("sphere", "ellipsoid"), "planar"
+"""Calibrators of a motion about all axes, and of a level turn."""
 OBJECT = re.compile(r"(?:([A-Za-z][\w.-]*)=)?([A-Za-z_][\w.]*:[A-Za-z_][\w.]*)")
 """`module:object`, or `NAME=module:object`."""
 
@@ -43,6 +46,14 @@ def select_calibrators(
         do = "rename one of them: NAME=module:object, or --exec 'NAME=...'"
         raise InputError(f"two calibrators are called {twice[0]!r}", where="--with", do=do)
     return tuple(entries)
+
+
+def usual_calibrators(recording: Recording, reference: Reference) -> tuple[CalibratorEntry, ...]:
+    """Return the calibrators where none is named: USUAL, with planar for a level turn; planar alone for two axes."""
+    if recording.origin.axes == "xy":
+        return select_calibrators([LEVEL])
+    level = recording.array_mag_nT is None and get(LEVEL).fit(recording, reference).status.kind != "not_applicable"
+    return select_calibrators([*USUAL, *([LEVEL] if level else [])])
 
 
 def select_calibrator(found: object, time_limit_s: float = TIME_LIMIT_S) -> CalibratorEntry:
