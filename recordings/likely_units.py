@@ -39,6 +39,7 @@ def half_extent(field: Array) -> Array:
 
 def field_unit(field: Array) -> str:
     """Return the unit in which a field (n, k) is the Earth's, by the extent or else the strength; COUNT for none."""
+    field = field[:: max(1, len(field) // SAMPLED)]
     extents = np.sort(half_extent(field))
     with np.errstate(invalid="ignore", over="ignore"):
         strength = float(np.nanmedian(np.linalg.norm(field, axis=1))) if len(field) else 0.0
