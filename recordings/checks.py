@@ -26,7 +26,7 @@ from recordings.columns import (
 )
 from recordings.gaps import check_outage, filled, unit_quaternions
 from recordings.importer import RawColumns
-from recordings.likely_units import MOST_HARD_IRON_NT, half_extent, in_earth
+from recordings.likely_units import MOST_HARD_IRON_NT, SAMPLED, half_extent, in_earth
 from recordings.streams import Interpolation
 from recordings.units import likely_unit
 from scenarios.arrays import Array
@@ -181,9 +181,10 @@ def _check_moving(path: Path, names: Sequence[str], field_nT: Array) -> None:
 
 
 def _check_strength(path: Path, names: Sequence[str], field_nT: Array) -> None:
-    strength = float(np.median(np.linalg.norm(field_nT, axis=1)))
+    some_nT = field_nT[:: max(1, len(field_nT) // SAMPLED)]
+    strength = float(np.median(np.linalg.norm(some_nT, axis=1)))
     low, high = FIELD_RANGE_NT
-    turned_nT = float(half_extent(field_nT).max())
+    turned_nT = float(half_extent(some_nT).max())
     if low <= strength <= high or (strength < MOST_HARD_IRON_NT and in_earth(turned_nT)):
         return
     unit = likely_unit(strength)
