@@ -92,7 +92,7 @@ def without_wild(
     vector: bool,
     carries: bool,
 ) -> Calibration:
-    """The fit repeated without wild values, until these are settled; the first fit where there are none.
+    """The fit repeated without wild values, until these are settled; the first fit where that gives no estimate.
 
     A value is wild where the residual of the fit stands out from its neighbours in time, see `wild_rows`. A first fit
     without an estimate is replaced by an ellipsoid. again : the fit to another recording. vector, carries : as of
@@ -114,7 +114,7 @@ def without_wild(
             settled, wild = np.array_equal(further.rows, wild.rows), further
             if settled:
                 break
-    return _told(found, wild, left_out=True)
+    return _told(found, wild, left_out=True) if found.has_estimate else first
 
 
 def _told(fit: Calibration, wild: Wild, *, left_out: bool) -> Calibration:
