@@ -128,13 +128,15 @@ def _characteristic(fit: Calibration, field_nT: Array, strength_nT: float) -> tu
     step = max(1, len(field_nT) // MOST_SAMPLES)
     if len(field_nT) // step < FOLDS * LEAST_BLOCK or "S_xx" not in fit.covariance_names:
         return None
-    r, a, X, c = _columns(fit, field_nT, strength_nT)
+    r, a, X, c = _columns(fit, field_nT[::step], strength_nT)
     size = np.sqrt(np.mean(X * X, axis=0)) + np.finfo(float).tiny
     scale = 1.0 / np.sqrt(np.einsum("ni,ni->n", a, a))
-    found, gains = _predicted((X / size * scale[:, None])[::step], (r * scale)[::step])
+    found, gains = _predicted(X / size * scale[:, None], r * scale)
     spread = float(np.std(gains, ddof=1))
     if not np.mean(gains) > SEEN_T * spread / np.sqrt(FOLDS) > 0.0:
         return None
+    if step > 1:
+        r, _, X, c = _columns(fit, field_nT, strength_nT)
     alpha, beta = np.split((found / size)[-TERMS:], 2)
     distortion_nT = np.asarray(alpha * c**2 + beta * c**3)
     if np.abs(distortion_nT).max() > MOST_DISTORTION * strength_nT:

@@ -3,7 +3,7 @@
 >>> import magbench
 >>> found = magbench.calibrate([[48_000, 0, 0], [0, 48_000, 0], [0, 0, 48_000]] * 5, 48_000)
 >>> found.status.kind
-'not_applicable'
+'unobservable'
 
 Functions import what they need when they are called, types when they are first used.
 """

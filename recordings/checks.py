@@ -170,7 +170,9 @@ def _filled_vector(path: Path, names: Sequence[str], named: Named, rotation: boo
 
 
 def _check_moving(path: Path, names: Sequence[str], field_nT: Array) -> None:
-    stuck = [name for name, width in zip(names, np.ptp(field_nT, axis=0), strict=False) if width == 0]
+    stuck = [
+        name for name, width in zip(names, np.ptp(np.ascontiguousarray(field_nT.T), axis=1), strict=False) if width == 0
+    ]
     if len(stuck) == field_nT.shape[1]:
         what, do = "all three axes are constant: the sensor did not measure or did not move", "give another recording"
         raise InputError(what, where=f"{path}: {', '.join(stuck)}", do=do)

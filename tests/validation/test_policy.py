@@ -21,7 +21,7 @@ GUARDS = {
     "bands.py": {"WINDOW_LINES", "LEAST_WHITE"},
     "fault.py": {"MOST_STRETCHES"},
     "faults.py": {"NOISE_WINDOW", "NOISE_BLOCK", "STENCIL", "LONGEST_SLOPE"},
-    "frames.py": {"GYRO_UNITS"},
+    "frames.py": {"GYRO_UNITS", "LEAST_TOLD_DEG"},
     "lattice.py": {"SINGLE_PRECISION", "GROUP", "SAME_DISTANCE", "MOST_DIFFERENCES", "GCD_TOLERANCES"},
     "log.py": {"LATEST_S"},
     "neighbours.py": {"PLACES", "MOST_SAMPLES"},

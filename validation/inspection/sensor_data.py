@@ -98,7 +98,7 @@ def derive(
 
     judged : the sensor's recording as `magbench calibrate` screens it; the rows themselves where that refuses the file.
     """
-    unit = _unit(series)
+    unit = "nT" if judged else _unit(series)
     series = series.scaled(UNITS["mag"][unit][0])
     judged = judged or screen(Recording(series.time_s, series.mag_nT))
     lattices = tuple(find_lattice(column) for column in series.mag_nT.T)

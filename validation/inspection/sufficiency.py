@@ -30,6 +30,7 @@ class CalibrationKind:
 
 SPHERE = CalibrationKind("sphere", "An offset alone, from the strength (sphere)")
 ELLIPSOID = CalibrationKind("ellipsoid", "Offset and symmetric matrix, from the strength (ellipsoid)")
+PLANAR = CalibrationKind("planar", "Centre and ellipse in x and y, from a level turn (planar)")
 VECTOR = CalibrationKind(
     "vector_least_squares", "Offset and full matrix, from attitude and field vector (vector_least_squares)"
 )
@@ -97,9 +98,11 @@ def _own_change(data: SensorData, statuses: dict[CalibrationKind, Status]) -> li
 def _tried(data: SensorData) -> dict[CalibrationKind, Status]:
     series = data.series
     strength = data.strength_nT if data.strength_nT > 0 else 1.0
-    judged = data.judged
-    sphere = get("sphere").fit(judged.recording, data.reference)
-    statuses = {SPHERE: judged.judged(sphere).status, ELLIPSOID: data.ellipsoid.status}
+    statuses = {SPHERE: _status(data, SPHERE), ELLIPSOID: data.ellipsoid.status}
+    planar = _status(data, PLANAR)
+    if data.judged.recording.origin.axes == "xy":
+        return {PLANAR: planar}
+    statuses |= {} if planar.kind == "not_applicable" else {PLANAR: planar}
     q = attitude_of(series)
     vector = None if q is None else _field_vector(data, q, strength)
     if q is not None and vector is not None:
@@ -108,6 +111,11 @@ def _tried(data: SensorData) -> dict[CalibrationKind, Status]:
         statuses[VECTOR] = VectorLeastSquares().fit(recording, Reference.of_vector(vector)).status
         statuses[EDDY] = VectorLeastSquares(eddy=True).fit(recording, Reference.of_vector(vector)).status
     return statuses
+
+
+def _status(data: SensorData, kind: CalibrationKind) -> Status:
+    """Return the status that `magbench calibrate` gives."""
+    return data.judged.judged(get(kind.key).fit(data.judged.recording, data.reference)).status
 
 
 def _field_vector(data: SensorData, q: Array, strength: float) -> tuple[float, float, float] | None:

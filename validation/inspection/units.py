@@ -6,6 +6,8 @@ import numpy as np
 
 from recordings.checks import FIELD_RANGE_NT
 from recordings.columns import mag_names
+from recordings.likely_units import half_extent, in_earth
+from recordings.reading import COUNT
 from recordings.units import STANDARD_GRAVITY_M_S2
 from validation.inspection.finding import Finding
 from validation.inspection.log import RawLog, Series
@@ -32,10 +34,18 @@ def _field(log: RawLog, data: SensorData, raw: Series) -> Finding:
     def found(text: str, level: str) -> Finding:
         return Finding(SECTION, "strength", strength, "nT", text, "warning" if level else "ok", data.sensor)
 
+    if log.origin.unit == COUNT:
+        text = (
+            "No unit fits the values: they count as raw counts, also where this report says nT. Calibrators find the "
+        )
+        return found(text + "gain by the field's strength; --unit or --map state a unit.", "")
     if data.unit != "nT":
         maps = " ".join(f"--map {name}={log.sources.get(name, name)},unit={data.unit}" for name in names)
         text = f"The median strength, {figure(strength)}, is a plausible field in {data.unit}, not in nT: {maps}. "
         return found(text + f"This report assumes {data.unit}.", "warning")
+    hard_iron = "" if log.refusal else _hard_iron(raw, strength)
+    if hard_iron:
+        return found(hard_iron, "")
     if not FIELD_RANGE_NT[0] <= strength <= FIELD_RANGE_NT[1]:
         scale = figure(USUAL_NT / strength) if strength > 0 else "<nT a count>"
         maps = f"--map {names[0]}={log.sources.get(names[0], names[0])},scale={scale}"
@@ -45,6 +55,15 @@ def _field(log: RawLog, data: SensorData, raw: Series) -> Finding:
         text = f"The median strength is {figure(strength, 4)} nT, but the Earth's field has 20,000 to 70,000 nT: "
         return found(text + "a strong magnet or iron nearby, or a wrong scale factor.", "warning")
     return found(f"The median strength, {figure(strength, 5)} nT, is that of the Earth's field.", "")
+
+
+def _hard_iron(raw: Series, strength: float) -> str:
+    """Return why a strength beyond the Earth's is one of hard iron, "" where the field does not vary as the Earth's."""
+    varies = float(half_extent(raw.mag_nT).max())
+    if strength <= POLICY.earth_nT[1] or not in_earth(varies):
+        return ""
+    text = f"The median strength, {figure(strength)} nT, is mostly hard iron: an axis varies by {figure(varies)} nT on "
+    return f"{text}either side, as in the Earth's field."
 
 
 def _gravity(log: RawLog, data: SensorData) -> list[Finding]:

@@ -49,7 +49,9 @@ def _faults(data: SensorData) -> list[Finding]:
 
 
 def _constant(data: SensorData) -> Finding | None:
-    stuck = [axis for axis, width in zip("xyz", np.ptp(data.series.mag_nT, axis=0), strict=True) if width == 0]
+    measured = data.judged.recording.origin.axes
+    widths = dict(zip("xyz", np.ptp(data.series.mag_nT, axis=0), strict=True))
+    stuck = [axis for axis in measured if widths[axis] == 0]
     if not stuck:
         return None
     axes = "All three axes are" if len(stuck) == 3 else f"Axis {' and '.join(stuck)} is"

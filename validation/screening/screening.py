@@ -14,7 +14,7 @@ from calib import Calibration, Reference, Status
 from recordings import Recording
 from scenarios.arrays import Array
 from validation.policy import POLICY
-from validation.screening.axes import axes_and_frame
+from validation.screening.axes import axes_and_frame, axes_with_frame
 from validation.screening.axes_alike import alike, unwired
 from validation.screening.fault import Fault, Mask
 from validation.screening.full_scale import full_scale
@@ -65,8 +65,9 @@ class ScreenedRecording:
 
 
 def screening_lines(screening: ScreenedRecording) -> list[str]:
-    """Return a sentence for each fault."""
-    return [sentence(fault.told) for fault in screening.faults]
+    """Return a sentence for each fault, and one for the frame that the recording was taken in."""
+    frame = axes_with_frame(screening.recording)[1]
+    return [*(sentence(fault.told) for fault in screening.faults), *([] if frame.wrong else [frame.text])]
 
 
 def screen(recording: Recording, reference: Reference | None = None) -> ScreenedRecording:

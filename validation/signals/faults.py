@@ -73,7 +73,7 @@ def repeats(values: Array) -> Repeats:
 
 def runs(values: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Return first index and length of every run of equal rows in values (n, k)."""
-    new = np.r_[True, np.any(values[1:] != values[:-1], axis=1)]
+    new = np.r_[True, np.logical_or.reduce((values[1:] != values[:-1]).T)]
     first = np.flatnonzero(new)
     return first, np.diff(np.r_[first, len(values)])
 

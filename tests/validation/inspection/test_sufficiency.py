@@ -39,14 +39,13 @@ def test_the_spread_of_the_strength_before_and_after() -> None:
     assert abs(value["ellipsoid_percent"] - 100 * STD_NT / np.linalg.norm(FIELD_ENU_NT)) < 0.001
 
 
-def test_a_level_turn_is_enough_for_none() -> None:
-    """The offset across a plane cannot be distinguished from the strength; and the reason says what to turn."""
+def test_a_level_turn_is_enough_for_planar_alone() -> None:
+    """The offset across a plane cannot be distinguished from the strength; and the reason says so."""
     turn = np.linspace(0, 6 * np.pi, SAMPLES)
     flat = np.column_stack([20_000 * np.cos(turn), 20_000 * np.sin(turn), np.full(SAMPLES, 40_000.0)])
     found = calibration_findings(sensor_data(MOTION.time_s, flat + noise(SAMPLES, STD_NT)))
-    whole = one(found, "enough_for")
-    assert whole.level == "warning"
-    assert "cannot be determined: the measurements lie in a plane" in whole.text
+    assert one(found, "enough_for").value == ["planar"]
+    assert "cannot be determined: the measurements lie in a plane" in one(found, "enough_for_sphere").text
     assert one(found, "enough_for_sphere").value["status"] == "unobservable"
     assert "do not suffice" in one(found, "enough_for_ellipsoid").text
 
