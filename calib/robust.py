@@ -256,13 +256,9 @@ def _wild_of_sensor(recording: Recording, reference: Reference) -> Wild | None:
     x = recording.mag_nT
     wild = wild_rows(in_time(recording, x), recording, reference.strength_nT)
     for _ in range(ROUNDS):
-        kept = slice(None) if wild is None else ~wild.rows
-        scaled = Standardised.of(x[kept])
-        ellipsoid = _ellipsoid(scaled.x)
-        if ellipsoid is None:
+        distance_nT = _distances(x, slice(None) if wild is None else ~wild.rows)
+        if distance_nT is None:
             return wild
-        points = mapped(x, scaled.middle_nT + scaled.scale_nT * ellipsoid.centre, np.linalg.inv(ellipsoid.root))
-        distance_nT = lengths(points) - scaled.scale_nT
         found = wild_rows(in_time(recording, distance_nT)[:, None], recording, reference.strength_nT)
         if found is None or (wild is not None and np.array_equal(found.rows, wild.rows)):
             return found
@@ -270,10 +266,18 @@ def _wild_of_sensor(recording: Recording, reference: Reference) -> Wild | None:
     return wild
 
 
-def _ellipsoid(x: Array) -> Ellipsoid | None:
-    """The algebraic ellipsoid through points (n, 3), refitted where that is an ellipsoid too; None where none is."""
+def _distances(x: Array, kept: slice | Mask) -> Array | None:
+    """Distances (n,) of points (n, 3) from the algebraic ellipsoid through the kept ones; None where none fits.
+
+    The ellipsoid is refitted where the refit is an ellipsoid too.
+    """
     try:
-        theta = fit_ellipsoid_specific(x)
-        return Ellipsoid.of_quadric(refit(x, theta).theta) or Ellipsoid.of_quadric(theta)
-    except np.linalg.LinAlgError:
+        scaled = Standardised.of(x[kept])
+        theta = fit_ellipsoid_specific(scaled.x)
+        found = Ellipsoid.of_quadric(refit(scaled.x, theta).theta) or Ellipsoid.of_quadric(theta)
+    except (ArithmeticError, np.linalg.LinAlgError):
         return None
+    if found is None:
+        return None
+    points = mapped(x, scaled.middle_nT + scaled.scale_nT * found.centre, np.linalg.inv(found.root))
+    return lengths(points) - scaled.scale_nT

@@ -47,28 +47,29 @@ OPTIONS: dict[str, Any] = {
 def reads_logs(data: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
     """Give a command the options of OPTIONS in place of its parameter `reading`.
 
-    data : the command's parameter with the path of the log, or several. Within the command, `recordings.reading.hear`
-    speaks on standard error. Options that were given are kept beside the log.
+    data : the command's parameter with the path of the log, or several. How each log was read is printed to standard
+    error after the answer, and not beside a refusal, which is one line. Stated options are kept beside the log.
     """
 
     def with_options(command: Callable[..., None]) -> Callable[..., None]:
         @functools.wraps(command)
         def wrapped(**given: Any) -> None:
             from magbench.console import say
-            from recordings.reading import Reading, hearing
+            from recordings.reading import Reading, listening
 
             said = {name: given.pop(name) for name in OPTIONS}
             logs = _files(given[data])
             if said.pop("forget"):
                 _forget(logs)
             reading = Reading(**{name: value for name, value in said.items() if value is not None})
-            with hearing(say):
+            told: list[str] = []
+            with listening(told.append):
                 try:
                     command(**given, reading=reading)
                 except typer.Exit:
-                    _keep(reading, logs, say)
+                    _conclude(reading, logs, told, say)
                     raise
-                _keep(reading, logs, say)
+                _conclude(reading, logs, told, say)
 
         signature = _signature(command)
         wrapped.__signature__ = signature  # type: ignore[attr-defined]
@@ -109,10 +110,12 @@ def _forget(logs: Sequence[Path]) -> None:
             file.unlink(missing_ok=True)
 
 
-def _keep(reading: Reading, logs: Sequence[Path], say: Callable[[str], None]) -> None:
-    """Keep stated options beside the logs, and say so."""
+def _conclude(reading: Reading, logs: Sequence[Path], told: Sequence[str], say: Callable[[str], None]) -> None:
+    """Print how the logs were read; keep stated options beside them, and say so."""
     from recordings.reading import kept_file
 
+    for line in told:
+        say(line)
     kept = [kept_file(log) for log in logs if reading and reading.keep(log)]
     if kept:
         say(f"options kept in {', '.join(map(str, kept))} for the next time (--forget removes them)")

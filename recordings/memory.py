@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from recordings.columns import mag_names
 from recordings.importer import RawColumns, raw_columns
 from recordings.reader import checked_recording
-from recordings.reading import Reading, hear
+from recordings.reading import Reading, report
 from recordings.recording import Recording
 from scenarios.arrays import Array
 from scenarios.errors import InputError
@@ -62,7 +62,7 @@ def recording_in_memory(data: object, *, time_s: ArrayLike | None = None, readin
     """
     raw = raw_columns_of(data, time_s=time_s, reading=reading)
     recording = checked_recording(raw)
-    hear(*recording.origin.notes)
+    report(*recording.origin.notes)
     return recording
 
 

@@ -49,7 +49,7 @@ def mended(raw: RawColumns) -> RawColumns:
         raw = _told(_taken(raw, np.flatnonzero(finite)), f"{count} of {len(finite)} rows have no time and were skipped")
     if len(raw.named["time_s"]) < LEAST_ROWS or (np.diff(raw.named["time_s"]) > 0).all():
         return raw
-    for step in (_unwrapped, _without_copies, _continued, _sorted, _spread):
+    for step in (_reversed, _unwrapped, _without_copies, _continued, _sorted, _spread):
         raw = step(raw)
     return raw
 
@@ -82,6 +82,14 @@ def _means(values: Array, rows: Rows) -> Array:
     total = np.add.reduceat(np.where(finite, values, 0.0), edges)
     with np.errstate(invalid="ignore"):
         return np.asarray(total / np.add.reduceat(finite.astype(float), edges))
+
+
+def _reversed(raw: RawColumns) -> RawColumns:
+    """Return the rows from the last to the first where their times only fall, as in a list with the newest on top."""
+    step = np.diff(raw.named["time_s"])
+    if (step > 0).any() or not (step < 0).any():
+        return raw
+    return _told(_taken(raw, np.arange(len(step), -1, -1)), "the times fall from row to row: the rows were reversed")
 
 
 def _unwrapped(raw: RawColumns) -> RawColumns:

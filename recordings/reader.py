@@ -15,7 +15,7 @@ from recordings.manifest import file_of
 from recordings.mending import mended
 from recordings.metadata import read_metadata
 from recordings.readers import is_parquet
-from recordings.reading import Reading, hear
+from recordings.reading import Reading, report
 from recordings.recording import Recording, Truth
 
 
@@ -30,7 +30,7 @@ def read_recording(path: Path, *, run: int = 0, maps: Sequence[str] = (), readin
     file = file_of(path, run)
     raw = read_columns(file, Reading.for_file(file, maps, reading))
     recording = checked_recording(raw)
-    hear(*recording.origin.notes)
+    report(*recording.origin.notes)
     pa.default_memory_pool().release_unused()  # else Arrow keeps twice the memory of a long log
     return recording
 

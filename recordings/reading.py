@@ -22,7 +22,7 @@ FRAMES = ("flu", "frd")
 """Body frames: x forward, y left, z up, the recording's own; x forward, y right, z down."""
 KEPT = ".magbench.toml"
 """The end of the name of the file in which the options of a log are kept."""
-_hearer: ContextVar[Callable[[str], object] | None] = ContextVar("hearer", default=None)
+_listener: ContextVar[Callable[[str], object] | None] = ContextVar("listener", default=None)
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ class Reading:
             found = cls(**known)
         except (tomllib.TOMLDecodeError, TypeError, ValueError, InputError) as error:
             raise InputError(f"cannot be used: {error}", where=str(file), do=do) from None
-        hear(f"read as kept in {file.name}: {_listed(found)} (--forget removes it)")
+        report(f"read as kept in {file.name}: {_listed(found)} (--forget removes it)")
         return found
 
     def keep(self, path: Path) -> bool:
@@ -138,28 +138,28 @@ def turned_axes(text: str) -> tuple[tuple[int, float], ...]:
 
 
 @contextmanager
-def hearing(hearer: Callable[[str], object]) -> Iterator[None]:
-    """Within, `hearer` is told how each log is read, each line once."""
+def listening(listener: Callable[[str], object]) -> Iterator[None]:
+    """Within, `listener` is told how each log is read, each line once."""
     told: set[str] = set()
 
     def once(line: str) -> None:
         if line not in told:
             told.add(line)
-            hearer(line)
+            listener(line)
 
-    token = _hearer.set(once)
+    token = _listener.set(once)
     try:
         yield
     finally:
-        _hearer.reset(token)
+        _listener.reset(token)
 
 
-def hear(*lines: str) -> None:
+def report(*lines: str) -> None:
     """Tell who listens, if anybody does."""
-    hearer = _hearer.get()
-    if hearer is not None:
+    listener = _listener.get()
+    if listener is not None:
         for line in lines:
-            hearer(line)
+            listener(line)
 
 
 def _texts(value: str | Sequence[str]) -> tuple[str, ...]:

@@ -244,7 +244,7 @@ def test_the_pages_hold_all_that_was_there_when_they_were_made() -> None:
 def test_the_pages_leave_nothing_out() -> None:
     docs = {page.stem: page.read_text(encoding="utf-8") for page in PAGES}
     assert not [key for key in Scenario.model_fields if not re.search(rf"[`\[]{key}[`\].]", docs["scenarios"])]
-    assert not [form for form, (file, _) in FORMATS.items() if f"| `{form}` | `{file}` |" not in docs["measured"]]
+    assert not [form for form, kind in FORMATS.items() if f"| `{form}` | `{kind.file}` |" not in docs["measured"]]
     assert not [key for key in PAPERS if f"`{key}`" not in docs["reproduce"]]
 
 

@@ -181,7 +181,6 @@ def log(path: Path, **columns: object) -> str:
         ({"mag_x_nT": np.zeros(200)}, ("--field-strength-nT", "4e4"), "mag_x_nT"),
         ({"mag_x_nT": ["?"] * 200}, ("--field-strength-nT", "4e4"), "mag_x_nT"),
         ({"mag_y_nT": [float("nan")] * 200}, ("--field-strength-nT", "4e4"), "mag_y_nT"),
-        ({"time_s": np.arange(200)[::-1]}, ("--field-strength-nT", "4e4"), "time_s"),
         (
             {f"mag_{a}_nT": 30 * np.sin(np.arange(200) + k) for k, a in enumerate("xyz")},
             ("--field-strength-nT", "4e4"),
@@ -228,10 +227,17 @@ def test_a_text_that_is_too_long(tmp_path: Path, capsys: pytest.CaptureFixture[s
     assert "longer than" in refused(capsys, "run", str(tmp_path / "long.toml"), "-o", str(tmp_path / "out"))
 
 
-def test_a_name_that_is_not_utf8(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize("command", [("calibrate", "--field-strength-nT", "4e4"), ("inspect",), ("inspect", "--json")])
+def test_a_name_that_is_not_utf8(command: tuple[str, ...], tmp_path: Path) -> None:
     name = os.fsdecode(bytes(tmp_path) + b"/l\xff.csv")
     log(Path(name))
-    assert "not UTF-8" in refused(capsys, "calibrate", name, "--field-strength-nT", "4e4")
+    assert main([*command, name]) == 0
+
+
+def test_rows_with_the_newest_first_are_reversed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = log(tmp_path / "log.csv", time_s=np.arange(200)[::-1])
+    assert main(["calibrate", file, "--field-strength-nT", "4e4"]) == 0
+    assert "the rows were reversed" in capsys.readouterr().err
 
 
 def test_output_that_is_a_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -12,7 +12,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from recordings import Reading, read_recording
-from recordings.reading import hearing, kept_file
+from recordings.reading import kept_file, listening
 from scenarios.errors import InputError
 
 TIME_S = np.arange(50) * 0.1
@@ -68,7 +68,7 @@ def test_options_are_kept_beside_the_log(tmp_path: Path) -> None:
     )
     assert stated.keep(log)
     lines: list[str] = []
-    with hearing(lines.append):
+    with listening(lines.append):
         again = Reading.for_file(log)
     assert again == stated
     assert again.date == datetime.date(2024, 5, 1)
