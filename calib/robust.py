@@ -280,4 +280,4 @@ def _distances(x: Array, kept: slice | Mask) -> Array | None:
     if found is None:
         return None
     points = mapped(x, scaled.middle_nT + scaled.scale_nT * found.centre, np.linalg.inv(found.root))
-    return lengths(points) - scaled.scale_nT
+    return np.asarray(lengths(points) - scaled.scale_nT)

@@ -16,6 +16,8 @@ from scipy.optimize import least_squares
 from calib.numerics.colour import inflation
 from scenarios.arrays import Array
 
+MOST_STEPS = 50
+"""Steps of a round at most: a fit that moves on is not determined."""
 LEAST_NOISE = 1e-9
 """Noise of recordings that show less, in units of F."""
 
@@ -101,7 +103,9 @@ class DipFit:
         """
         theta, change, history = samples.start(), np.inf, []
         for _ in range(rounds):
-            found = least_squares(samples.residuals, theta, method="lm", x_scale="jac")
+            found = least_squares(
+                samples.residuals, theta, method="lm", x_scale="jac", max_nfev=MOST_STEPS * len(theta)
+            )
             theta = found.x
             history.append(float(found.cost))
             again = samples.with_noises(found.fun)
