@@ -39,7 +39,7 @@ class StrengthDip(Calibrator):
     needs: ClassVar[tuple[str, ...]] = ("accel",)
     min_samples: ClassVar[int] = 20
     soft_iron: Literal["full", "symmetric"] = "full"
-    rounds: Count = 20
+    rounds: Count = 8
     tolerance: Positive = 0.01
 
     def _solve(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration | Status:

@@ -16,7 +16,7 @@ from scipy.optimize import least_squares
 from calib.numerics.colour import inflation
 from scenarios.arrays import Array
 
-MOST_STEPS = 50
+MOST_STEPS = 30
 """Steps of a round at most: a fit that moves on is not determined."""
 LEAST_NOISE = 1e-9
 """Noise of recordings that show less, in units of F."""
