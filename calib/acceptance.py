@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.special import ndtri, stdtrit
 
 from calib.models.response import Response, of_strength, of_vector, strength_rows
-from calib.numerics.colour import inflation
-from calib.numerics.flicker import DOUBT, flicker_covariance, flicker_power
+from calib.numerics.colour import few_factor, inflation
+from calib.numerics.flicker import flicker_covariance, flicker_power
 from calib.numerics.points import lengths
 from calib.numerics.rates import world_to_body
 from calib.observability import Extent, covariance_status, planar_status, unobservable
@@ -25,8 +24,6 @@ wrong attitude or a wrong unit. Soft iron of 10 % left out of a model stays belo
 MAX_CONDITION = 50.0
 """Condition number of an accepted matrix at most: beyond, an axis measures nothing, or two axes measure the same
 component; the strongest soft iron known from vehicles stretches by 2."""
-MANY = 100
-"""Degrees of freedom of the noise beyond which Student's t is a normal distribution, to 1.2 % of a 95 % interval."""
 Extents = tuple[Extent, ...]
 """Extent of the measurements of each sensor; empty for methods that need no more than a plane."""
 NEGATIVE = -1e-3
@@ -114,13 +111,13 @@ def widened(
         residual_nT, distortion_nT = structure.left_nT, structure.distortion_nT
         rows = (residual_nT, rows[1])
     factor = inflation(residual_nT) * few_factor(residual_nT.size - len(fit.covariance_names))
-    flicker_nT2, doubt_nT2 = flicker_power(*rows)
+    flicker_nT2, claimed_nT2 = flicker_power(*rows)
     covariance = factor * fit.covariance
     if (flicker_nT2 > 0 or distortion_nT is not None) and fit.status.kind != "not_converged":
         moved = response or _response(fit, field_nT, recording, reference, vector=vector)
         if flicker_nT2 > 0:
             lasting = flicker_covariance(moved.K, _rate_hz(recording))
-            _add(covariance, fit.covariance_names, moved, (flicker_nT2 + DOUBT * doubt_nT2) * lasting)
+            _add(covariance, fit.covariance_names, moved, claimed_nT2 * lasting)
         if distortion_nT is not None:
             error_nT2 = _distortion_error(moved, distortion_nT, reference.strength_nT)
             _add(covariance, fit.covariance_names, moved, error_nT2)
@@ -138,16 +135,6 @@ def _distortion_error(moved: Response, distortion_nT: Array, strength_nT: float)
     bias_nT = offset * np.einsum("npi,ni->p", moved.K, distortion_nT)
     second_nT = float(np.max(np.sum(distortion_nT**2, axis=1))) / strength_nT
     return np.asarray(np.outer(bias_nT, bias_nT) + np.diag(offset * second_nT**2))
-
-
-def few_factor(freedom: int) -> float:
-    """Factor on a covariance, (t / z)^2, by which 95 % of a normal distribution are 95 % of Student's t.
-
-    freedom : residuals less parameters; 1 for more than MANY
-    """
-    if freedom > MANY:
-        return 1.0
-    return float((stdtrit(max(freedom, 1), 0.975) / ndtri(0.975)) ** 2)
 
 
 def _response(

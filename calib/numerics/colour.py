@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.special import ndtri, stdtrit
 
 from scenarios.arrays import Array
 from scenarios.kernel_cache import njit
@@ -12,6 +13,9 @@ BLOCKS = (20, 50, 200)
 LEAST_BLOCK = 10
 CHANCE = 4.0
 """Excess of a block mean's variance, in its standard deviations under white noise, that is taken for colour."""
+
+MANY = 100
+"""Degrees of freedom of the noise beyond which Student's t is a normal distribution, to 1.2 % of a 95 % interval."""
 
 
 def inflation(residual: Array) -> float:
@@ -26,6 +30,16 @@ def inflation(residual: Array) -> float:
         if ratio > 1.0 + CHANCE * np.sqrt(2.0 / (blocks * columns.shape[1])):
             worst = max(worst, ratio)
     return worst
+
+
+def few_factor(freedom: float) -> float:
+    """Factor on a covariance, (t / z)^2, by which 95 % of a normal distribution are 95 % of Student's t.
+
+    freedom : of the variance: residuals less parameters, or of flicker noise; 1 for more than MANY
+    """
+    if freedom > MANY:
+        return 1.0
+    return float((stdtrit(max(freedom, 1.0), 0.975) / ndtri(0.975)) ** 2)
 
 
 def white_ratios(total: Array, count: Array) -> Array:
