@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from recordings.readers import FileContents, load
+from recordings.readers.text.prints import print_form
 
 VALUES = np.column_stack([np.arange(1, 9) * 1.5, np.arange(8) - 4.25, np.arange(8) * -10.0])
 
@@ -86,3 +87,7 @@ def test_stamps_of_a_serial_monitor(
     np.testing.assert_array_equal(np.column_stack([found.column(name).to_numpy() for name in names]), VALUES)
     time = "time" if "time" in found.column_names else "column_1"
     np.testing.assert_allclose(np.diff(found.column(time).to_numpy()), 0.25)
+
+
+def test_a_line_of_a_thousand_words_is_no_print() -> None:
+    assert print_form("word " * 20_000) is None
