@@ -14,6 +14,7 @@ from recordings import read_recording
 from scenarios.arrays import Array
 from validation.axes.estimate import Axes, axes_of
 from validation.axes.maps import TURNS, map_text
+from validation.axes.rows import rows_of
 
 TUMBLED = Conditions()
 
@@ -161,3 +162,9 @@ def test_cave_compasses_have_axes_apart_from_their_accelerometers(realdata: Path
         assert found.accel is not None
         names.add(map_text(TURNS[found.accel.evidence.best]))
     assert names == {"-y,-x,-z"}
+
+
+def test_averages_over_more_rows_than_there_are_tell_nothing() -> None:
+    rng = np.random.default_rng(0)
+    time_s = np.arange(98) * 1e-4
+    assert rows_of(time_s, rng.standard_normal((98, 3)), rng.standard_normal((98, 3)), averaged=True) is None
