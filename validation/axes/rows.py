@@ -45,12 +45,10 @@ def rows_of(time_s: Array, mag_nT: Array, other: Array, *, averaged: bool) -> Ax
     if len(sound) < AXES.least_rows:
         return None
     columns = np.column_stack([time_s, mag_nT, other])[_picked(sound, time_s, averaged)]
-    width = _width(columns[:, 0], averaged)
+    width = min(_width(columns[:, 0], averaged), len(columns) // AXES.least_rows)
     if width > 1:
         kept = len(columns) // width * width
         columns = columns[:kept].reshape(-1, width, columns.shape[1]).mean(axis=1)
-    if len(columns) < AXES.least_rows:
-        return None
     mag = columns[:, 1:4] - columns[:, 1:4].mean(axis=0)
     spread_nT = float(np.sqrt(np.mean(mag**2)))
     if not spread_nT > 0:
