@@ -22,7 +22,7 @@ from scenarios.arrays import Array
 LEAST_SHARE = 0.5
 """Share of the lines that are prints of names and values, in a file of such lines."""
 LONGEST = 1000
-"""Characters of a print-out at most: the search for names takes their square."""
+"""Characters of a line that are looked at: the search for names takes their square."""
 _VALUE = rf"(?:{TIME}|{NUMBER}|[Nn][Aa][Nn])"
 _NAME = r"[A-Za-z][\w./]*(?: [\w./]+)*(?: ?[(\[][^)\]]*[)\]])?"
 _UNIT = r"(?P<unit>[^\s,;|:={}\d]+)(?=[\s,;|}]|$)(?!\s*[:=])"
@@ -82,11 +82,9 @@ class PrintForm:
 
 
 def print_form(line: str) -> PrintForm | None:
-    """Return the form of a line of names and values; None for other lines.
-
-    Other lines are longer than LONGEST, or have more bare numbers than named values.
-    """
-    found = list(_NAMED.finditer(line)) if len(line) <= LONGEST else []
+    """Return the form of a line of names and values; None for a line with more bare numbers than named values."""
+    line = line[:LONGEST]
+    found = list(_NAMED.finditer(line))
     if not found or 2 * len(_LOOSE.findall(_TIME.sub(" ", _NAMED.sub(" ", line)))) > len(found):
         return None
     units = (match["unit"] or "" for match in found)
