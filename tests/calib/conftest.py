@@ -80,6 +80,13 @@ def body_rate_rad_s(motion: str, time_s: np.ndarray, step_s: float = 1e-4) -> np
     return (before.inv() * after).as_rotvec() / (2 * step_s)
 
 
+def turned(one: Recording, turn: Rotation) -> Recording:
+    """The recording in the axes of a turned body: vectors turned, the attitude by the inverse from the right."""
+    attitude = Rotation.from_quat(one.att_q, scalar_first=True) * turn.inv()
+    vectors = {"mag_nT": turn.apply(one.mag_nT), "gyro_rad_s": turn.apply(one.gyro_rad_s)}
+    return replace(one, **vectors, att_q=attitude.as_quat(scalar_first=True))
+
+
 def with_accelerometer(one: Recording) -> Recording:
     """A recording of a vehicle that turns on the spot: the specific force by its attitude, as the simulator has it."""
     force_m_s2 = 9.81 * Rotation.from_quat(one.att_q, scalar_first=True).inv().apply([0.0, 0.0, 1.0])

@@ -84,14 +84,7 @@ def test_what_it_says_that_it_estimates_is_estimated(name, standard):
 @QUICK
 def test_turning_the_sensor_turns_the_result(name, standard):
     recording, one = usual(name, standard)
-    attitude = Rotation.from_quat(recording.att_q, scalar_first=True) * TURN.inv()
-    turned = replace(
-        recording,
-        mag_nT=TURN.apply(recording.mag_nT),
-        gyro_rad_s=TURN.apply(recording.gyro_rad_s),
-        att_q=attitude.as_quat(scalar_first=True),
-    )
-    other = fit(name, standard, turned)
+    other = fit(name, standard, standard.turned(recording, TURN))
     if "ok" not in (one.status.kind, other.status.kind) and not expected(name).recovers:
         return
     q = TURN.as_matrix()

@@ -87,14 +87,7 @@ def test_the_axes_do_not_matter(name, kind, turn, standard):
     if CALIBRATORS[name].one_axis:
         return
     recording, one = case(kind, name, standard), in_nanotesla(name, kind, standard)
-    attitude = Rotation.from_quat(recording.att_q, scalar_first=True) * turn.inv()
-    turned = replace(
-        recording,
-        mag_nT=turn.apply(recording.mag_nT),
-        gyro_rad_s=turn.apply(recording.gyro_rad_s),
-        att_q=attitude.as_quat(scalar_first=True),
-    )
-    other = fit(name, standard, turned)
+    other = fit(name, standard, standard.turned(recording, turn))
     assert other.status.kind == one.status.kind, (one.status, other.status)
 
 

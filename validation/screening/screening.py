@@ -73,7 +73,7 @@ def screening_lines(screening: ScreenedRecording) -> list[str]:
 def screen(recording: Recording, reference: Reference | None = None) -> ScreenedRecording:
     """Screen a recording; of an array, every sensor, and a row with a fault of any sensor is left out.
 
-    reference : the field there, whose vector tells a field that is mirrored from one of the other hemisphere.
+    reference : the field; its vertical part distinguishes mirrored axes from a place in the other hemisphere.
     """
     screens: tuple[Screen, ...] = (*SCREENS, partial(axes_and_frame, reference=reference))
     if recording.array_mag_nT is None:
