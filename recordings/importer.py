@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,7 @@ from recordings.decode import NotNumbersError, is_empty, is_timestamp, numbers_o
 from recordings.interpretation import Interpretation, without_unit
 from recordings.names import guessed_maps, stated_maps
 from recordings.readers import load
-from recordings.readers.base import Wanted
+from recordings.readers.base import FileContents, Wanted
 from recordings.reading import Reading
 from recordings.recording import STATED, Origin
 from recordings.sensor_rows import magnetometer_rows
@@ -60,7 +60,7 @@ def read_columns(
     """
     sources = {entry.source for entry in reading.column_maps}
     contents = load(path, lambda name: name in sources or (bool(name) and wanted(name)), reading.stream)
-    return raw_columns(path, contents.table, reading, contents.notes)
+    return raw_columns(path, contents, reading)
 
 
 def sensors_in(path: Path, reading: Reading | None = None) -> tuple[int, ...]:
@@ -75,24 +75,35 @@ def sensors_in(path: Path, reading: Reading | None = None) -> tuple[int, ...]:
     return numbers("mag", [*(name for name in names if name not in renamed), *(entry.target for entry in parsed)])
 
 
-def raw_columns(
-    path: Path, table: pa.Table, reading: Reading = NOTHING_STATED, notes: tuple[str, ...] = ()
-) -> RawColumns:
-    """Return the columns of a table, mapped and converted, see `read_columns`; messages call the table `path`."""
+def raw_columns(path: Path, contents: FileContents, reading: Reading = NOTHING_STATED) -> RawColumns:
+    """Return the columns of a file, mapped and converted, see `read_columns`; messages call the file `path`."""
+    table, known = contents.table, contents.magnetometer != ""
     with errors_relocated(str(path), ""):
-        table, skipped = magnetometer_rows(table, reading.stream)
+        table, skipped = magnetometer_rows(table, None if known else reading.stream)
         stated = stated_maps(table, reading)
         guessed = guessed_maps(table, stated)
     named = _named(path, table, (*stated, *guessed))
     _check_names(path, tuple(named), table.schema, in_plane=len(reading.mag) == 2 or _in_plane(guessed))
     decoded = {name: _decoded(path, name, *source) for name, source in named.items()}
     kept = {name: values for name, values in decoded.items() if values is not None}
-    found = Interpretation(kept, (*stated, *guessed), guessed, reading)
+    found = Interpretation(kept, (*stated, *guessed), guessed, reading, unit=contents.unit)
     found.settle()
-    origin = Origin(
-        (*notes, *skipped, *found.line, *found.notes), found.unit, found.timed, found.axes, reading.frame or ""
+    notes = (*contents.notes, *skipped, *found.line, *found.notes)
+    if contents.frame:
+        reading = replace(reading, frame=None)
+    return RawColumns(path, turned(found.named, reading), found.sources, _origin(contents, found, notes))
+
+
+def _origin(contents: FileContents, found: Interpretation, notes: tuple[str, ...]) -> Origin:
+    """Return how a log was read: what is stated counts before what the log tells."""
+    stated = found.reading
+    return Origin(
+        *(notes, found.unit, found.timed, found.axes, contents.frame or stated.frame or ""),
+        magnetometer=contents.magnetometer,
+        place=stated.place or contents.place,
+        date=stated.date or contents.date,
+        applied=contents.applied.get(contents.magnetometer),
     )
-    return RawColumns(path, turned(found.named, reading), found.sources, origin)
 
 
 def _in_plane(guessed: Sequence[ColumnMap]) -> bool:

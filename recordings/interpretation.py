@@ -92,7 +92,7 @@ class Interpretation:
             unit, how = self._rescaled(names, self.reading.unit, unit), "as stated"
         elif unit is None and guessed:
             unit, how = self._rescaled(names, field_unit(self._block(names))), "by the values"
-        self.unit = COUNT if unit == COUNT else "nT"
+        self.unit = {None: self.unit, COUNT: COUNT}.get(unit, "nT")
         if guessed:
             said = "counts of unknown unit" if unit == COUNT else unit
             self.parts.append(f"mag = {self._sources(names)} ({said}, {how})")

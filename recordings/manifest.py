@@ -12,6 +12,7 @@ from pydantic.dataclasses import dataclass
 
 from recordings.columns import Column
 from recordings.metadata import FORMAT, RunFile
+from recordings.readers import marked_file
 from recordings.split import PARTS, Split
 from scenarios.errors import InputError
 from scenarios.files import parsed_json, read_text, validated
@@ -74,7 +75,7 @@ def file_of(path: Path, run: int) -> Path:
 
     Raises InputError for a run that the dataset lacks.
     """
-    if not path.is_dir():
+    if not path.is_dir() or marked_file(path) != path:
         return path
     files = [file for folder in folders(path) if (file := folder / _name(run)).exists()]
     runs = read_manifest(path).runs

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from recordings.columns import mag_names
 from recordings.importer import RawColumns, raw_columns
 from recordings.reader import checked_recording
+from recordings.readers import FileContents
 from recordings.reading import Reading, report
 from recordings.recording import Recording
 from scenarios.arrays import Array
@@ -52,7 +53,7 @@ def raw_columns_of(data: object, *, time_s: ArrayLike | None = None, reading: Re
         table = pa.table(columns)
     except CONVERSION as error:
         raise _unreadable(error, str(FRAME)) from None
-    return replace(raw_columns(place, table, reading or Reading()), strict=True)
+    return replace(raw_columns(place, FileContents({"": table}), reading or Reading()), strict=True)
 
 
 def recording_in_memory(data: object, *, time_s: ArrayLike | None = None, reading: Reading | None = None) -> Recording:

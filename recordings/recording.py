@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import datetime
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from recordings.applied import AppliedCalibration
 from scenarios.arrays import Array
 from scenarios.errors import InputError
 
@@ -23,6 +25,9 @@ class Origin:
     timed : whether times were logged; else the samples count as a second apart.
     axes : that were measured, "xyz", or "xy" where z is filled with zeros.
     frame : the log's body frame, "flu" or "frd", which was turned to FLU; empty where it was not stated.
+    magnetometer : the name of the magnetometer that was read, in a log of several.
+    place : latitude and longitude in degrees and altitude in m, and date : where the log tells them.
+    applied : the calibration that the autopilot had in force; None where the log tells of none.
     """
 
     notes: tuple[str, ...] = ()
@@ -30,6 +35,10 @@ class Origin:
     timed: bool = True
     axes: str = "xyz"
     frame: str = ""
+    magnetometer: str = ""
+    place: tuple[float, ...] | None = None
+    date: datetime.date | None = None
+    applied: AppliedCalibration | None = None
 
 
 STATED = Origin()

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from calib.reference import Reference
-    from recordings import Recording
+    from recordings import Origin, Recording
     from recordings.memory import Frame
     from recordings.reading import Reading
     from sim.scenario import Scenario
@@ -103,12 +103,18 @@ def reference_from(
     field_strength_nT: float | None,
     field_enu_nT: Sequence[float] | None,
     reading: Reading | None = None,
+    origin: Origin | None = None,
 ) -> Reference:
-    """The stated reference, that of place and date, else a simulated run's own; InputError for none."""
+    """The stated reference, that of place and date, else a simulated run's own; InputError for none.
+
+    origin : of a recording that was read, which may tell place and date.
+    """
     from recordings.manifest import file_of
-    from validation.calibrating.reference import reference_of, stated_reference
+    from validation.calibrating.reference import field_at, reference_of, stated_reference
 
     strength, vector = stated_field(field_strength_nT, field_enu_nT, reading)
+    if strength is None and vector is None and origin is not None and origin.place is not None:
+        vector = field_at(origin.place, origin.date)
     if isinstance(data, str | PathLike):
         return reference_of(file_of(path_of(data), run), strength, vector)
     return stated_reference("reference", strength, vector)
@@ -123,7 +129,7 @@ def recording_and_reference(
 ) -> tuple[Recording, Reference]:
     """The recording, and the reference of a stated strength and vector; see `reference_from`."""
     recording = recording_from(data, time_s=time_s, reading=reading, run=run)
-    return recording, reference_from(data, run, *field, reading)
+    return recording, reference_from(data, run, *field, reading, recording.origin)
 
 
 def stated_field(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from recordings.readers.base import FileContents, FileFormat, Wanted, file_head
@@ -29,6 +30,7 @@ def load(path: Path, wanted: Wanted, stream: str | None = None) -> FileContents:
     Blanks around column names are removed. Raises InputError for a file that is missing, a directory, unreadable,
     empty, damaged, ragged or of no known format, and for two columns of the same name.
     """
+    path = marked_file(path)
     head = file_head(path)
     found = next((entry for entry in FORMATS if entry.recognises(path, head)), None)
     if found is None:
@@ -38,7 +40,13 @@ def load(path: Path, wanted: Wanted, stream: str | None = None) -> FileContents:
         name: table.select([column for column in table.column_names if wanted(column)])
         for name, table in contents.tables.items()
     }
-    return FileContents(tables, contents.notes)
+    return replace(contents, tables=tables)
+
+
+def marked_file(path: Path) -> Path:
+    """Return the file by which a directory is a log of some format, else the path itself."""
+    marked = (path / entry.marker for entry in FORMATS if entry.marker) if path.is_dir() else ()
+    return next((file for file in marked if file.is_file()), path)
 
 
 def _unknown(path: Path) -> InputError:

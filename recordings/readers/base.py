@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import datetime
+import importlib
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import pyarrow as pa
 
+from recordings.applied import AppliedCalibration
 from recordings.files import system_errors_about
 from scenarios.errors import InputError
 from scenarios.files import check_regular
@@ -30,15 +34,29 @@ class FileContents:
         Slower or faster streams are brought to the table's times by `recordings.streams.merge`.
     notes : a line for each change that the reader made: axes turned to FLU and ENU, an autopilot's calibration undone,
         rows removed, gaps left empty.
+    frame : the log's body frame, "flu" or "frd", where the format fixes it: the reader has turned the columns to FLU.
+    unit : of magnetometer columns under a recording's names: nT, or "count" where the gain is not known.
+    place : latitude and longitude in degrees and altitude in m, and date : where the log tells them.
+    applied : by the name of a magnetometer, the calibration that the autopilot had in force.
     """
 
     tables: Mapping[str, pa.Table]
     notes: tuple[str, ...] = ()
+    frame: str = ""
+    unit: str = "nT"
+    place: tuple[float, ...] | None = None
+    date: datetime.date | None = None
+    applied: Mapping[str, AppliedCalibration] = field(default_factory=dict)
+
+    @property
+    def magnetometer(self) -> str:
+        """The name of the main magnetometer."""
+        return next(iter(self.tables))
 
     @property
     def table(self) -> pa.Table:
         """The columns of the main magnetometer."""
-        return next(iter(self.tables.values()))
+        return self.tables[self.magnetometer]
 
 
 @dataclass(frozen=True)
@@ -54,6 +72,7 @@ class FileFormat:
     read : (path, wanted, stream) -> the contents; a reader may return columns that are not wanted. `stream` names the
         magnetometer among several sensors, None where nobody said; formats of one sensor ignore it. Raises InputError
         for a file that is damaged or ragged, and for two columns of the same name.
+    marker : a file's name by which a directory is a log of the format, whose `path` is then this file; "" for none.
     """
 
     name: str
@@ -61,6 +80,7 @@ class FileFormat:
     summary: str
     recognises: Callable[[Path, bytes], bool]
     read: Callable[[Path, Wanted, str | None], FileContents]
+    marker: str = ""
 
 
 def file_head(path: Path) -> bytes:
@@ -84,3 +104,12 @@ def stripped_names(path: Path, names: Sequence[str]) -> list[str]:
     if twice:
         raise InputError("there are two columns of this name", where=f"{path}: {twice[0]}", do="rename one of them")
     return stripped
+
+
+def library(path: Path, module: str, extra: str) -> Any:
+    """Return a library that only a format's reader imports; InputError where its optional extra is not installed."""
+    try:
+        return importlib.import_module(module)
+    except ImportError:
+        do = f"pip install 'magbench[{extra}]'"
+        raise InputError(f"needs {module.split('.')[0]} to be read", where=str(path), do=do) from None
