@@ -23,6 +23,14 @@ REFERENCE = ("reference_x_nT", "reference_y_nT", "reference_z_nT")
 LATITUDE, LONGITUDE, ALTITUDE = "latitude_deg", "longitude_deg", "altitude_m"
 """The channels of the geodetic position; the altitude is above the ellipsoid (0 where not logged)."""
 
+THROTTLE, BATTERY_VOLTAGE, ARMED = "throttle", "battery_voltage_V", "armed"
+"""The channels of the collective thrust command (0 to 1), of the battery's voltage, and of the armed state (0 or 1)."""
+
+
+def motor_output_name(motor: int) -> str:
+    """Return the channel of a motor's command (0 to 1), motors counted from 1."""
+    return f"motor_output_{motor}"
+
 
 def current_name(motor: int) -> str:
     """Return the channel of a motor's current, motors counted from 1."""
