@@ -9,13 +9,13 @@ import numpy as np
 from scipy.stats import chi2
 
 from calib import CALIBRATORS, Calibration, Reference
+from calib.held_out.legs import LegPartition, legs_of
 from calib.models.response import strength_columns
 from calib.numerics.points import lengths
 from calib.numerics.rates import world_to_body
 from calib.options import SEPARATOR
 from recordings import Recording
 from scenarios.arrays import Array
-from validation.cross_validation.legs import LegPartition, legs_of
 from validation.text import figure
 
 MOST = 1.5

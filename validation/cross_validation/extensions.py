@@ -6,19 +6,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
-import numpy as np
-
+from calib.held_out.legs import LegPartition
+from calib.held_out.models import Model, with_eddy, with_temperature
+from calib.held_out.paired_legs import HeldOutErrors, ModelPair
+from calib.held_out.surrogates import DRIFT, surrogates
 from calib.numerics.rates import body_rate
 from recordings import Recording
-from scenarios.arrays import Array
-from validation.cross_validation.legs import LegPartition
-from validation.cross_validation.models import Model, with_eddy, with_temperature
-from validation.cross_validation.paired_legs import HeldOutErrors, ModelPair
 
 Add = Callable[[Model], Model]
-SURROGATES = 39
-"""Surrogates with the temperature's spectrum; a drift passes for the temperature in 1 of 40 recordings, 2.5 %."""
-DRIFT = "so do other slow signals: the cause may be a drift"
 VARIES_DEGC = 1e-6
 """Rms change below which a temperature is not tried."""
 
@@ -48,11 +43,3 @@ def extensions(recording: Recording) -> tuple[Extension, ...]:
         rivals = tuple(partial(with_temperature, temperature_degC=other) for other in surrogates(temperature_degC))
         found.append(Extension(partial(with_temperature, temperature_degC=temperature_degC), rivals))
     return tuple(found)
-
-
-def surrogates(values: Array, count: int = SURROGATES) -> Array:
-    """Return signals (count, n) with the spectrum of values (n,), continued by the reversed values."""
-    rng = np.random.default_rng(0)
-    size = np.abs(np.fft.rfft(np.concatenate([values, values[::-1]]) - values.mean()))
-    phases = np.exp(2j * np.pi * rng.random((count, len(size))))
-    return np.asarray(np.fft.irfft(size * phases, 2 * len(values), axis=1)[:, : len(values)])

@@ -7,10 +7,10 @@ from dataclasses import asdict
 from math import inf
 from typing import Any
 
+from calib.held_out.models import OFFSET
+from calib.held_out.paired_legs import ModelPair
 from scenarios.plain import json_ready
 from validation.cross_validation.claimed_std import Claim
-from validation.cross_validation.models import OFFSET
-from validation.cross_validation.paired_legs import ModelPair
 from validation.cross_validation.workflow import UNDETERMINED, CrossValidation
 from validation.text import figure, sentence
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from calib import Reference, get
+from calib.held_out.legs import LegPartition, legs_of
+from calib.held_out.models import Model, offset, with_iron
+from calib.held_out.paired_legs import HeldOutErrors, ModelPair
 from recordings import Recording
 from scenarios.errors import InputError
 from validation.calibrating.fitting import sensor_recordings
 from validation.cross_validation.extensions import extensions
-from validation.cross_validation.legs import LegPartition, legs_of
-from validation.cross_validation.models import Model, offset, with_iron
-from validation.cross_validation.paired_legs import HeldOutErrors, ModelPair
 from validation.signals.thinning import every_nth
 
 LEAST_SAMPLES = 24

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from calib import Reference, get
+from calib.held_out.legs import legs_of
 from calib.methods.ml_geometric import MaximumLikelihoodGeometric
 from recordings import read_recording
 from tests.validation.cross_validation.conftest import FIELD_ENU_NT, STRENGTH_NT, Made, soft_iron
 from validation.cross_validation.claimed_std import Claim, claim_of, claims_of
-from validation.cross_validation.legs import legs_of
 
 STRENGTH, VECTOR = Reference(STRENGTH_NT), Reference.of_vector(FIELD_ENU_NT)
 

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from calib.held_out.legs import BLOCKS, MOST_LEGS, legs_of
 from recordings import Recording
 from tests.validation.cross_validation.conftest import Made
-from validation.cross_validation.legs import BLOCKS, MOST_LEGS, legs_of
 
 
 def surveyed(yaw_deg: np.ndarray) -> Recording:

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from calib import Reference
+from calib.held_out.models import Model
 from recordings import read_recording
 from scenarios.errors import InputError
 from tests.validation.cross_validation.conftest import FIELD_ENU_NT, STRENGTH_NT, Made, soft_iron
-from validation.cross_validation.models import Model
 from validation.cross_validation.summary import headline, summary
 from validation.cross_validation.workflow import CrossValidation, cross_validate
 

@@ -8,10 +8,10 @@ from typing import Literal
 
 import numpy as np
 
+from calib.held_out.legs import LEAST_LEGS, LegPartition
+from calib.held_out.models import Model
 from calib.numerics.paired import counted, mean_interval
 from scenarios.arrays import Array
-from validation.cross_validation.legs import LEAST_LEGS, LegPartition
-from validation.cross_validation.models import Model
 
 Verdict = Literal["worth_it", "as_well", "worse", "cannot_tell"]
 ROUNDING = 1e-9

@@ -16,12 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calib import Reference
+from calib.held_out.legs import LegPartition
 from calib.models.ellipsoid import UPPER
 from calib.numerics.points import lengths
 from calib.numerics.rates import world_to_body
 from recordings import Recording
 from scenarios.arrays import Array
-from validation.cross_validation.legs import LegPartition
 
 OFFSET, ELLIPSOID, FULL, EDDY, TEMPERATURE = "offset", "ellipsoid", "full matrix", "eddy currents", "temperature"
 """Names of models."""
