@@ -20,6 +20,7 @@ from recordings import Recording
 from scenarios.arrays import Array
 from scenarios.errors import errors_relocated
 from sim.scenario import Model, ModelSpec, load_model
+from validation.calibrating.reference import told_field
 
 Field = tuple[Array | None, float | None]
 """The field vector (3,) and the strength in nT; None where unknown."""
@@ -63,7 +64,7 @@ class Question:
         stated = self.field_enu_nT is not None or self.strength_nT is not None
         if not needs_field(recording, self.model_for(source), stated=stated):
             return None, None
-        known = source.reference(self.strength_nT, self.field_enu_nT, BY_MODEL)
+        known = source.reference(*told_field(self.strength_nT, self.field_enu_nT, recording.origin), BY_MODEL)
         return None if known.field_enu_nT is None else np.array(known.field_enu_nT), known.strength_nT
 
     def posed(self, source: Source, recording: Recording, known: Field) -> LinearProblem:

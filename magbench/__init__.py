@@ -27,6 +27,7 @@ from magbench.api.diagnose import diagnose
 from magbench.api.gate import gate, propose_gates, write_baseline
 from magbench.api.inspect import inspect
 from magbench.api.plan import plan
+from magbench.api.read import read
 from magbench.api.reproduce import reproduce
 from magbench.api.run import run
 from magbench.api.simulate import simulate
@@ -72,6 +73,7 @@ __all__ = [
     "load",
     "plan",
     "propose_gates",
+    "read",
     "read_recording",
     "read_run",
     "register",

@@ -100,6 +100,7 @@ def _origin(contents: FileContents, found: Interpretation, notes: tuple[str, ...
     return Origin(
         *(notes, found.unit, found.timed, found.axes, contents.frame or stated.frame or ""),
         magnetometer=contents.magnetometer,
+        magnetometers=contents.magnetometers,
         place=stated.place or contents.place,
         date=stated.date or contents.date,
         applied=contents.applied.get(contents.magnetometer),

@@ -25,7 +25,7 @@ class Origin:
     timed : whether times were logged; else the samples count as a second apart.
     axes : that were measured, "xyz", or "xy" where z is filled with zeros.
     frame : the log's body frame, "flu" or "frd", which was turned to FLU; empty where it was not stated.
-    magnetometer : the name of the magnetometer that was read, in a log of several.
+    magnetometer : the name of the magnetometer that was read, in a log of several; magnetometers : of all.
     place : latitude and longitude in degrees and altitude in m, and date : where the log tells them.
     applied : the calibration that the autopilot had in force; None where the log tells of none.
     """
@@ -36,6 +36,7 @@ class Origin:
     axes: str = "xyz"
     frame: str = ""
     magnetometer: str = ""
+    magnetometers: tuple[str, ...] = ()
     place: tuple[float, ...] | None = None
     date: datetime.date | None = None
     applied: AppliedCalibration | None = None

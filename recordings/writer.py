@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from recordings.assemble import arrays_of
 from recordings.columns import RUN, columns_of, schema
 from recordings.files import atomic_write, canonical_json, system_errors_about
+from recordings.log_facts import LOG_KEY, NOTHING, LogFacts
 from recordings.metadata import FORMAT, METADATA_KEY, TRACKING_KEY, Tracking
 from recordings.recording import Recording
 from scenarios.errors import InputError
@@ -32,15 +33,18 @@ class RunWriter:
     ----------
     path : the final name; the file is written as `….magbench-part`, flushed and renamed.
     schema : see `columns.schema`.
-    metadata : kept in the file as canonical JSON under the key `magbench`.
+    metadata : kept in the file as canonical JSON under the key `magbench`; log_facts : under `magbench_log`.
 
     Row groups have equal size however the blocks are cut, so equal data give equal bytes.
     Raises InputError where the operating system refuses to write, and then leaves nothing behind.
     """
 
-    def __init__(self, path: Path, schema: pa.Schema, metadata: Mapping[str, Any]) -> None:
+    def __init__(
+        self, path: Path, schema: pa.Schema, metadata: Mapping[str, Any], log_facts: LogFacts = NOTHING
+    ) -> None:
         self._path = path
-        self._schema = schema.with_metadata({METADATA_KEY: canonical_json(metadata)})
+        told = {LOG_KEY: canonical_json(log_facts.model_dump(mode="json"))} if log_facts else {}
+        self._schema = schema.with_metadata({METADATA_KEY: canonical_json(metadata)} | told)
         self._floats = [field.name for field in schema if pa.types.is_floating(field.type)]
         self._buffer: dict[str, NDArray[Any]] = {}
         self._held = 0
@@ -132,7 +136,7 @@ def write_recording(recording: Recording, path: Path) -> None:
     table = schema(columns_of(recording))
     arrays = arrays_of(recording)
     if path.suffix.lower() == ".parquet":
-        with RunWriter(path, table, {"schema": FORMAT}) as writer:
+        with RunWriter(path, table, {"schema": FORMAT}, LogFacts.of(recording.origin)) as writer:
             writer.write(arrays)
     elif path.suffix.lower() == ".csv":
         batch = pa.record_batch([pa.array(arrays[name]) for name in table.names], names=table.names)

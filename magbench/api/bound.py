@@ -11,15 +11,13 @@ from magbench.api.inputs import (
     Data,
     in_keywords,
     reading_from,
-    recording_from,
-    reference_from,
+    recording_and_reference,
     scenario_from,
     tilts_from,
 )
 from scenarios.errors import InputError
 
 if TYPE_CHECKING:
-    from calib.reference import Reference
     from magbench.api.planning_results import BoundResult, WhatIfResult
     from recordings.reading import Reading
     from sim.scenario import Scenario
@@ -68,18 +66,23 @@ def bound(
         what = "applies to a scenario, and this is a recording"
         raise InputError(what, where="--coloured, --set", do="leave it out")
     read = reading_from(source, maps, reading)
-    reference = reference_from(source, run, field_strength_nT, field_enu_nT, read)
-    return BoundResult.of(query.answer(_experiment(source, read, run, reference, noise_std_nT)))
+    field = field_strength_nT, field_enu_nT
+    return BoundResult.of(query.answer(_experiment(source, read, run, field, noise_std_nT)))
 
 
 def _experiment(
-    source: Scenario | Data, reading: Reading, run: int, reference: Reference, noise_std_nT: float | None
+    source: Scenario | Data,
+    reading: Reading,
+    run: int,
+    field: tuple[float | None, Sequence[float] | None],
+    noise_std_nT: float | None,
 ) -> Experiment:
-    """The experiment of a recording."""
+    """The experiment of a recording; field : the stated strength and vector."""
     from validation.bound.files import experiment_of
 
     where = str(source) if isinstance(source, str | PathLike) else "recording"
-    return experiment_of(recording_from(source, reading=reading, run=run).in_nT(where), reference, noise_std_nT, where)
+    recording, reference = recording_and_reference(source, field, reading=reading, run=run)
+    return experiment_of(recording.in_nT(where), reference, noise_std_nT, where)
 
 
 @in_keywords()

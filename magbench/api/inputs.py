@@ -110,11 +110,9 @@ def reference_from(
     origin : of a recording that was read, which may tell place and date.
     """
     from recordings.manifest import file_of
-    from validation.calibrating.reference import field_at, reference_of, stated_reference
+    from validation.calibrating.reference import reference_of, stated_reference, told_field
 
-    strength, vector = stated_field(field_strength_nT, field_enu_nT, reading)
-    if strength is None and vector is None and origin is not None and origin.place is not None:
-        vector = field_at(origin.place, origin.date)
+    strength, vector = told_field(*stated_field(field_strength_nT, field_enu_nT, reading), origin)
     if isinstance(data, str | PathLike):
         return reference_of(file_of(path_of(data), run), strength, vector)
     return stated_reference("reference", strength, vector)

@@ -12,8 +12,7 @@ from magbench.api.inputs import (
     engine,
     in_keywords,
     reading_from,
-    recording_from,
-    reference_from,
+    recording_and_reference,
     scenario_from,
     tilts_from,
 )
@@ -107,7 +106,7 @@ def _after(
     from validation.planning.next_leg import next_legs
 
     noise_std_nT, field_enu_nT = stated
-    reference = reference_from(after, 0, None, field_enu_nT, reading)
+    recording, reference = recording_and_reference(after, (None, field_enu_nT), reading=reading)
     where = str(after) if isinstance(after, str | PathLike) else "recording"
-    known = experiment_of(recording_from(after, reading=reading).in_nT(where), reference, noise_std_nT, where)
+    known = experiment_of(recording.in_nT(where), reference, noise_std_nT, where)
     return next_legs(task.after(known), most_s, size)

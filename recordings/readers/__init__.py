@@ -31,16 +31,21 @@ def load(path: Path, wanted: Wanted, stream: str | None = None) -> FileContents:
     empty, damaged, ragged or of no known format, and for two columns of the same name.
     """
     path = marked_file(path)
-    head = file_head(path)
-    found = next((entry for entry in FORMATS if entry.recognises(path, head)), None)
-    if found is None:
-        raise _unknown(path)
-    contents = found.read(path, wanted, stream)
+    contents = format_of(path).read(path, wanted, stream)
     tables = {
         name: table.select([column for column in table.column_names if wanted(column)])
         for name, table in contents.tables.items()
     }
     return replace(contents, tables=tables)
+
+
+def format_of(path: Path) -> FileFormat:
+    """Return the first format of FORMATS that recognises a file; InputError for none, see `load`."""
+    head = file_head(path)
+    found = next((entry for entry in FORMATS if entry.recognises(path, head)), None)
+    if found is None:
+        raise _unknown(path)
+    return found
 
 
 def marked_file(path: Path) -> Path:

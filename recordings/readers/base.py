@@ -34,6 +34,7 @@ class FileContents:
         Slower or faster streams are brought to the table's times by `recordings.streams.merge`.
     notes : a line for each change that the reader made: axes turned to FLU and ENU, an autopilot's calibration undone,
         rows removed, gaps left empty.
+    magnetometers : the names of all magnetometers in a log of several, those included that were not read.
     frame : the log's body frame, "flu" or "frd", where the format fixes it: the reader has turned the columns to FLU.
     unit : of magnetometer columns under a recording's names: nT, or "count" where the gain is not known.
     place : latitude and longitude in degrees and altitude in m, and date : where the log tells them.
@@ -42,6 +43,7 @@ class FileContents:
 
     tables: Mapping[str, pa.Table]
     notes: tuple[str, ...] = ()
+    magnetometers: tuple[str, ...] = ()
     frame: str = ""
     unit: str = "nT"
     place: tuple[float, ...] | None = None

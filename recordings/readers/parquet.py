@@ -9,8 +9,10 @@ from pathlib import Path
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from recordings.log_facts import FACTS, LOG_KEY
 from recordings.readers.base import FileContents, FileFormat, Wanted, file_head, stripped_names
 from scenarios.errors import InputError
+from scenarios.files import validated
 
 MARK = b"PAR1"
 """The first bytes of every Parquet file."""
@@ -39,7 +41,25 @@ def _read(path: Path, wanted: Wanted, stream: str | None) -> FileContents:
         stripped = dict(zip(names, stripped_names(path, names), strict=True))
         table = file.read(columns=[name for name in names if wanted(stripped[name])])
         table.validate(full=True)  # cells that contradict their column's type would crash Arrow later
-    return FileContents({"": table.rename_columns([stripped[name] for name in table.column_names])})
+        kept = (file.metadata.metadata or {}).get(LOG_KEY.encode())
+    table = table.rename_columns([stripped[name] for name in table.column_names])
+    return FileContents({"": table}) if kept is None else _of_log(path, table, kept)
+
+
+def _of_log(path: Path, table: pa.Table, kept: bytes) -> FileContents:
+    """Return the columns of a vehicle's log with what the log told of itself; InputError for damaged metadata."""
+    do = "read the vehicle's log again with `magbench read`"
+    facts = validated(FACTS, kept, f"{path}: metadata {LOG_KEY!r}", do)
+    applied = {} if facts.applied is None else {facts.magnetometer: facts.applied.applied()}
+    place = None if facts.place is None else tuple(facts.place)
+    return FileContents(
+        {facts.magnetometer: table},
+        frame=facts.frame,
+        unit=facts.unit,
+        place=place,
+        date=facts.date,
+        applied=applied,
+    )
 
 
 PARQUET = FileFormat(

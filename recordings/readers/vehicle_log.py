@@ -67,6 +67,7 @@ class VehicleLog:
         return FileContents(
             {name: pa.table(columns)},
             (*other, *self.notes, *removed, *left_out),
+            magnetometers=tuple(self.magnetometers),
             frame=self.frame,
             unit=self.unit,
             place=self.place,

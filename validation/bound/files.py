@@ -27,7 +27,7 @@ from sim.scenario import Scenario
 from sim.simulation import PreparedRun, plan
 from validation.bound.experiment import Experiment
 from validation.bound.sensor_noise import stated_colour, stated_noise_nT
-from validation.calibrating.reference import reference_of
+from validation.calibrating.reference import reference_of, told_field
 from validation.scoring.hold_out import Environment, hold_out
 from validation.signals.intervals import gaps_after
 
@@ -91,7 +91,8 @@ def recording_experiment(
     """Return the experiment of a measured file, see `experiment_of`; InputError for unusable files and references."""
     file = file_of(path, run)
     recording = read_recording(file, reading=reading)
-    return experiment_of(recording, reference_of(file, strength_nT, enu), noise_std_nT, str(file))
+    reference = reference_of(file, *told_field(strength_nT, enu, recording.origin))
+    return experiment_of(recording, reference, noise_std_nT, str(file))
 
 
 def experiment_of(

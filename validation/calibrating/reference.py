@@ -15,6 +15,7 @@ from recordings.checks import FIELD_RANGE_NT
 from recordings.manifest import file_of
 from recordings.reader import parameters_of
 from recordings.reading import Reading
+from recordings.recording import Origin
 from recordings.units import likely_unit
 from scenarios.errors import InputError, errors_relocated
 
@@ -32,7 +33,8 @@ def recording_and_reference(
     Raises InputError for an unusable file and for an unknown reference; see `reference_of`.
     """
     file = file_of(path, run)
-    return read_recording(file, reading=reading), reference_of(file, strength_nT, enu)
+    recording = read_recording(file, reading=reading)
+    return recording, reference_of(file, *told_field(strength_nT, enu, recording.origin))
 
 
 def reference_of(file: Path, strength_nT: float | None, enu: Sequence[float] | None, otherwise: str = "") -> Reference:
@@ -65,6 +67,15 @@ def field_at(place: Sequence[float] | None, date: datetime.date | None) -> list[
     names = dict(zip(("latitude_deg", "longitude_deg", "altitude_m"), place, strict=False))
     with errors_relocated("--date", "field.date"):
         return [float(part) for part in earth_field_enu_nT(FieldSpec(**names, date=date))]
+
+
+def told_field(
+    strength_nT: float | None, enu: Sequence[float] | None, origin: Origin | None
+) -> tuple[float | None, Sequence[float] | None]:
+    """Return the stated strength and vector, else the world model's vector at the place and date of a log."""
+    if strength_nT is not None or enu is not None or origin is None or origin.place is None:
+        return strength_nT, enu
+    return None, field_at(origin.place, origin.date)
 
 
 def stated_reference(

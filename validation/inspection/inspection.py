@@ -11,6 +11,7 @@ from calib import Reference
 from recordings.manifest import read_manifest
 from recordings.reading import Reading
 from scenarios.plain import json_ready
+from validation.calibrating.reference import stated_reference, told_field
 from validation.inspection.finding import Finding
 from validation.inspection.frames import frame_findings
 from validation.inspection.log import RawLog, read_log, series_of
@@ -65,7 +66,11 @@ def inspect_file(
 
 
 def inspect_log(log: RawLog, reference: Reference | None = None) -> Inspection:
-    """Inspect a log that has been read; without a reference the median strength stands for the field's."""
+    """Inspect a log that has been read.
+
+    Without a reference the field is that of the place and date in the log, else its median strength.
+    """
+    reference = _told(log) if reference is None else reference
     log, unit = in_seconds(log)
     findings = [_taken(log), *_read(log), *unit, *timing_findings(log), missing_finding(log)]
     sensors = []
@@ -81,6 +86,14 @@ def inspect_log(log: RawLog, reference: Reference | None = None) -> Inspection:
             findings += frame_findings(data, log.frame, reference)
         findings += [*motion_findings(data), *calibration_findings(data), *noise_findings(data)]
     return Inspection(log, tuple(findings), tuple(sensors))
+
+
+def _told(log: RawLog) -> Reference | None:
+    """Return the field at the place and date that the log tells; None where it tells only one of them, or neither."""
+    origin = log.origin
+    if origin.place is None or origin.date is None:
+        return None
+    return stated_reference(str(log.path), *told_field(None, None, origin))
 
 
 def _one_of(runs: int, run: int) -> Finding:
