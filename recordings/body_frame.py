@@ -40,11 +40,16 @@ def _upward(named: Named, sensors: Sequence[tuple[str, ...]]) -> dict[str, NDArr
     found = {name: sign * named[name] for name, sign in signs if name in named}
     if not all(name in named for name in ATTITUDE):
         return found
-    enu = _enu_from_ned(np.column_stack([named[name] for name in ATTITUDE]))
+    enu = enu_from_ned(np.column_stack([named[name] for name in ATTITUDE]))
     return found | dict(zip(ATTITUDE, enu.T, strict=True))
 
 
-def _enu_from_ned(q: Array) -> Array:
+def flu_from_frd(vectors: Array) -> Array:
+    """Return vectors (n, 3) of a body frame forward, right, down in forward, left, up."""
+    return vectors * np.array(DOWN)
+
+
+def enu_from_ned(q: Array) -> Array:
     """Return quaternions (n, 4), FRD to NED, as FLU to ENU: p q (0, 1, 0, 0) with p = (0, 1, 1, 0) / sqrt 2."""
     w, x, y, z = q.T
     return np.column_stack([-w - z, -x - y, y - x, z - w]) * math.sqrt(0.5)
