@@ -1,4 +1,4 @@
-"""Parameters of PX4 and ArduPilot, as lists, dumps and scripts write them."""
+"""ParameterLines of PX4 and ArduPilot, as lists, dumps and scripts write them."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ COMPASSES = {"1": "", "2": "2", "3": "3"}
 """Infix of ArduPilot's parameters by compass."""
 
 
-class Parameters:
-    """Parameters of a file by name, read as numbers when they are asked for."""
+class ParameterLines:
+    """ParameterLines of a file by name, read as numbers when they are asked for."""
 
     def __init__(self, source: FileText, words: str) -> None:
         """Take the lines whose name begins with one of the words; InputError for a name with different values."""
@@ -56,7 +56,7 @@ class Parameters:
 
 def _px4(source: FileText) -> dict[str, Calibration]:
     """Return body = R S (x - o), S symmetric, gauss, o in sensor axes (FRD), of magnetometers with a device."""
-    p = Parameters(source, "CAL_MAG SENS_BOARD")
+    p = ParameterLines(source, "CAL_MAG SENS_BOARD")
     numbers = sorted({name[7] for name in p.texts if re.fullmatch(r"CAL_MAG\d_[XYZ]OFF", name)})
     used = [n for n in numbers if p.get(f"CAL_MAG{n}_ID", 1.0) != 0]
     if not used:
@@ -64,7 +64,7 @@ def _px4(source: FileText) -> dict[str, Calibration]:
     return {n: _px4_magnetometer(p, n) for n in used}
 
 
-def _px4_magnetometer(p: Parameters, number: str) -> Calibration:
+def _px4_magnetometer(p: ParameterLines, number: str) -> Calibration:
     head = f"CAL_MAG{number}_"
     offset_nT = NT_PER_GAUSS * p.three(head + "{}OFF")
     scale = p.three(head + "{}SCALE", 1.0)
@@ -74,7 +74,7 @@ def _px4_magnetometer(p: Parameters, number: str) -> Calibration:
     return upward(f"px4 {number}", offset_nT, matrix, turn, caveat)
 
 
-def _px4_turn(p: Parameters, head: str) -> tuple[Array, str]:
+def _px4_turn(p: ParameterLines, head: str) -> tuple[Array, str]:
     """Return the mounting, body = R sensor, and what was assumed."""
     if head + "ROT" not in p.texts:
         return np.eye(3), f"{head}ROT is not in the file: the sensor's axes were taken for the body's"
@@ -93,13 +93,13 @@ def _px4_turn(p: Parameters, head: str) -> tuple[Array, str]:
 
 def _ardupilot(source: FileText) -> dict[str, Calibration]:
     """Return field = M s (raw + o), M symmetric, milligauss, body axes (FRD); a compass without offsets is left out."""
-    p = Parameters(source, "COMPASS_")
+    p = ParameterLines(source, "COMPASS_")
     given = {n: infix for n, infix in COMPASSES.items() if f"COMPASS_OFS{infix}_X" in p.texts}
     found = {n: _ardupilot_compass(p, n, infix) for n, infix in given.items()}
     return {n: one for n, one in found.items() if one.has_estimate and one.offset_nT.any()} or found
 
 
-def _ardupilot_compass(p: Parameters, number: str, infix: str) -> Calibration:
+def _ardupilot_compass(p: ParameterLines, number: str, infix: str) -> Calibration:
     offset_nT = -NT_PER_MILLIGAUSS * p.three(f"COMPASS_OFS{infix}_{{}}")
     diagonal = p.three(f"COMPASS_DIA{infix}_{{}}", 0.0)
     upper = p.three(f"COMPASS_ODI{infix}_{{}}", 0.0)
