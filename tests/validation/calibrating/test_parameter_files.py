@@ -15,19 +15,19 @@ from scenarios.errors import InputError
 from validation.calibrating.export import exported
 from validation.calibrating.output_unit import OutputUnit
 from validation.calibrating.parameter_files import calibrations_of, chosen, read_parameter_file
-from validation.calibrating.parameter_files.file_format import Scale
+from validation.calibrating.parameter_files.file_format import FileScale
 
 MATRIX = np.array([[0.95, 0.02, -0.01], [0.02, 1.05, 0.03], [-0.01, 0.03, 1.01]])
 OFFSET_NT = np.array([1200.0, -800.0, 2000.0])
 GOOD = Calibration(name="ellipsoid", status=Status("ok"), offset_nT=OFFSET_NT, matrix=MATRIX)
-MICROTESLA = Scale(1e3)
+MICROTESLA = FileScale(1e3)
 
 
-def read(text: str, scale: Scale = Scale()) -> dict[str, Calibration]:  # noqa: B008 a frozen value
+def read(text: str, scale: FileScale = FileScale()) -> dict[str, Calibration]:  # noqa: B008 a frozen value
     return calibrations_of(text, "old", scale)
 
 
-def only(text: str, scale: Scale = Scale()) -> Calibration:  # noqa: B008
+def only(text: str, scale: FileScale = FileScale()) -> Calibration:  # noqa: B008
     (found,) = read(text, scale).values()
     return found
 
@@ -45,7 +45,7 @@ def test_an_export_is_read_back(form: str) -> None:
 
 @pytest.mark.parametrize("unit", [OutputUnit("uT", "uT", (1e3,) * 3), OutputUnit("counts", "nT", (14.6,) * 3)])
 def test_a_c_header_of_another_unit_is_read_back(unit: OutputUnit) -> None:
-    agrees(only(exported(GOOD, "c", unit=unit)[1], Scale(14.6)), OFFSET_NT, MATRIX, atol_nT=0.01)
+    agrees(only(exported(GOOD, "c", unit=unit)[1], FileScale(14.6)), OFFSET_NT, MATRIX, atol_nT=0.01)
 
 
 def test_a_calibration_json_keeps_its_covariance(tmp_path: Path) -> None:
@@ -112,7 +112,7 @@ def test_ardupilot_adds_its_offset_and_scales_first() -> None:
 
 
 def test_betaflight_is_in_counts_of_the_body_s_axes() -> None:
-    agrees(only("# diff\nset mag_calibration = 35,-130,-75\n", Scale(10.0)), [350.0, -1300.0, -750.0], np.eye(3))
+    agrees(only("# diff\nset mag_calibration = 35,-130,-75\n", FileScale(10.0)), [350.0, -1300.0, -750.0], np.eye(3))
     with pytest.raises(InputError, match="tells no unit"):
         only("set mag_calibration = 35,-130,-75\n")
 
@@ -121,7 +121,7 @@ def test_inav_s_gain_is_a_scale_of_its_own_axes() -> None:
     """CW90FLIP: forward is the sensor's y, left its x, up its -z."""
     text = "set align_mag = CW90FLIP\nset magzero_x = -143\nset magzero_y = 757\nset magzero_z = 10\n"
     text += "set maggain_x = 2048\nset maggain_y = 1024\nset maggain_z = 512\n"
-    agrees(only(text, Scale(2.0)), [1514.0, -286.0, -20.0], np.diag([1.0, 0.5, 2.0]))
+    agrees(only(text, FileScale(2.0)), [1514.0, -286.0, -20.0], np.diag([1.0, 0.5, 2.0]))
 
 
 PRINTED = """Magnetic Calibration:   (1.9% fit error)
@@ -165,7 +165,7 @@ def test_a_matrix_to_a_unit_sphere_needs_the_length_and_the_field() -> None:
     text = "float M_B[3] {1, 2, 3};\nfloat M_Ainv[3][3] {{0.02,0,0},{0,0.02,0},{0,0,0.022}};\n"
     with pytest.raises(InputError, match=r"scales by 0.02.*--old-norm"):
         only(text, MICROTESLA)
-    agrees(only(text, Scale(1e3, 1.0, 50_000.0)), [1e3, 2e3, 3e3], np.diag([1.0, 1.0, 1.1]))
+    agrees(only(text, FileScale(1e3, 1.0, 50_000.0)), [1e3, 2e3, 3e3], np.diag([1.0, 1.0, 1.1]))
 
 
 def test_imu_calib_subtracts_after_the_matrix() -> None:
@@ -219,11 +219,11 @@ def test_random_damage_is_a_calibration_or_one_line() -> None:
 
 
 def test_the_unit_is_a_word_or_the_size_of_a_count() -> None:
-    assert Scale.stated("uT").nT == 1e3
-    assert Scale.stated("counts=14.6").nT == 14.6
+    assert FileScale.stated("uT").nT == 1e3
+    assert FileScale.stated("counts=14.6").nT == 14.6
     for wrong in ("furlong", "counts=0", "counts=x"):
         with pytest.raises(InputError, match="is no unit"):
-            Scale.stated(wrong)
+            FileScale.stated(wrong)
 
 
 def test_one_compass_is_chosen() -> None:

@@ -12,7 +12,7 @@ from scenarios.files import read_text
 from validation.calibrating.parameter_files.autopilots import ARDUPILOT, PX4
 from validation.calibrating.parameter_files.command_lines import BETAFLIGHT, INAV
 from validation.calibrating.parameter_files.exports import C_HEADER, JSON, ROS
-from validation.calibrating.parameter_files.file_format import CalibrationFormat, FileText, Scale
+from validation.calibrating.parameter_files.file_format import CalibrationFormat, FileScale, FileText
 from validation.calibrating.parameter_files.fits import IMU_CALIB, MAGNETO, MOTIONCAL
 
 FORMATS: tuple[CalibrationFormat, ...] = (
@@ -32,7 +32,7 @@ LARGEST_CHARACTERS = 1_000_000
 """Longest text; a dump of all parameters has some 60,000 characters."""
 
 
-def read_parameter_file(path: Path, scale: Scale | None = None) -> dict[str, Calibration]:
+def read_parameter_file(path: Path, scale: FileScale | None = None) -> dict[str, Calibration]:
     """Return the calibrations of a file by compass, h = matrix (m - offset_nT) in the body frame (FLU), nT.
 
     scale : unit of a file that tells none, and length of its corrected field. Raises InputError for a file of no
@@ -41,10 +41,10 @@ def read_parameter_file(path: Path, scale: Scale | None = None) -> dict[str, Cal
     text = read_text(path, _wanted(), "utf-8-sig")
     if len(text) > LARGEST_CHARACTERS:
         raise InputError("is too long for a calibration", where=str(path), do=_wanted())
-    return calibrations_of(text, str(path), scale or Scale())
+    return calibrations_of(text, str(path), scale or FileScale())
 
 
-def calibrations_of(text: str, where: str, scale: Scale) -> dict[str, Calibration]:
+def calibrations_of(text: str, where: str, scale: FileScale) -> dict[str, Calibration]:
     """Return the calibrations of a text by compass; see `read_parameter_file`."""
     source = FileText(text, where, scale)
     fitting = [one for one in FORMATS if one.marks(text)]

@@ -13,8 +13,8 @@ from recordings.units import UNITS
 from scenarios.files import parsed_json
 from validation.calibrating.parameter_files.file_format import (
     CalibrationFormat,
+    FileScale,
     FileText,
-    Scale,
     marked,
     read_back,
 )
@@ -50,7 +50,7 @@ def _c_header(source: FileText) -> dict[str, Calibration]:
         raise source.fail("MAG_OFFSET or MAG_MATRIX is damaged")
     by_upper = {name.upper(): size for name, (size, *_) in UNITS["mag"].items()}
     if unit in by_upper:
-        source = FileText(source.text, source.where, Scale(by_upper[unit]))
+        source = FileText(source.text, source.where, FileScale(by_upper[unit]))
         return {"1": source.scaled("c header", offset, matrix.reshape(3, 3))}
     return {"1": read_back("c header", source.unit_nT() * offset, matrix.reshape(3, 3) / source.unit_nT())}
 

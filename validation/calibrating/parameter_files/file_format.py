@@ -24,7 +24,7 @@ GAINS = (0.2, 5.0)
 
 
 @dataclass(frozen=True)
-class Scale:
+class FileScale:
     """Unit and length of the field of a file that tells neither.
 
     nT : size of the file's unit; None: unknown. norm : length of the corrected field in that unit, where the file's
@@ -36,7 +36,7 @@ class Scale:
     strength_nT: float | None = None
 
     @classmethod
-    def stated(cls, unit: str | None, norm: float | None = None, strength_nT: float | None = None) -> Scale:
+    def stated(cls, unit: str | None, norm: float | None = None, strength_nT: float | None = None) -> FileScale:
         """Return the scale of --old-unit: a unit of the field, or `counts=NT_A_COUNT`; InputError for other words."""
         if norm is not None and not (np.isfinite(norm) and norm > 0):
             raise InputError(f"{norm} is no length of a field", where=NORM_OPTION, do="give a positive number")
@@ -55,7 +55,7 @@ class FileText:
 
     text: str
     where: str
-    scale: Scale
+    scale: FileScale
 
     def fail(self, what: str, do: str = "give the whole file as it was written") -> InputError:
         """Return the error of a defect in the file."""

@@ -9,8 +9,8 @@ from scenarios.arrays import Array
 from validation.calibrating.parameter_files.file_format import (
     NUMBER,
     CalibrationFormat,
+    FileScale,
     FileText,
-    Scale,
     marked,
 )
 
@@ -42,7 +42,7 @@ def _motioncal(source: FileText) -> dict[str, Calibration]:
         offset, matrix = rows[:, 0], rows[:, 1:]
     else:
         offset, matrix = _pair(source, MOTIONCAL_OFFSET, MOTIONCAL_MATRIX)
-    known = FileText(source.text, source.where, Scale(NT_PER_MICROTESLA))
+    known = FileText(source.text, source.where, FileScale(NT_PER_MICROTESLA))
     return {"1": known.scaled("motioncal", offset, matrix)}
 
 
