@@ -142,7 +142,7 @@ CASES: dict[str, tuple[Make, list[str], tuple[str, ...]]] = {
     "first bytes only": (damaged(slice(0, 6)), [], ("cut off or damaged",)),
     "damaged inside": (overwritten, [], ("cut off or damaged",)),
     "text called parquet": (content(b"time_s,mag\n1,2\n2,3\n", "log.parquet"), [], ("no column mag_x_nT",)),
-    "other kind": (content(b"MATLAB 5.0 MAT-file", "log.mat"), [], ("neither Parquet, IAGA-2002 nor CSV", ".csv")),
+    "other kind": (content(b"MATLAB 5.0 MAT-file", "log.mat"), [], ("is neither Parquet", "IAGA-2002 nor CSV", ".csv")),
     "autopilot's log": (
         content(b"ULog\x01\x12\x35", "log.ulg"),
         [],

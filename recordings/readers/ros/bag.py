@@ -25,12 +25,15 @@ METADATA = "metadata.yaml"
 METADATA_MARK = b"rosbag2_bagfile_information"
 BLOCK = 4096
 """Messages of a topic that are held before they become arrays."""
+LATEST_NS = 2**62
+"""Later times of receipt, in the year 2116, are damage."""
 DAMAGE = (
     *(ArithmeticError, AssertionError, AttributeError, EOFError, LookupError, MemoryError, OSError, RuntimeError),
     *(SyntaxError, TypeError, ValueError, struct.error),
 )
 """Built-in exceptions that the library raises for damaged bags, besides those of its own."""
 Stamps = NDArray[np.int64]
+Damage = tuple[type[Exception], ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +89,9 @@ class _Collected:
         self.words = {name: [] for name in self.layout.words}
 
     def add(self, received_ns: int, message: Any) -> None:
-        """Take the numbers, the words and the header of a message."""
+        """Take the numbers, the words and the header of a message; ValueError for an impossible time of receipt."""
+        if not 0 <= received_ns < LATEST_NS:
+            raise ValueError(f"received at {received_ns} ns")
         row = self._numbers(message)
         stamp = message.header.stamp if self.layout.stamped else None
         head = (stamp.sec * 10**9 + stamp.nanosec, message.header.frame_id) if stamp is not None else (0, "")
@@ -204,13 +209,13 @@ def _selected(
 def _collect(reader: Any, collected: Mapping[int, _Collected], decode: Callable[[bytes, str], Any]) -> list[str]:
     """Read all messages, and return a line for each kind of damage."""
     chosen = [one for one in reader.connections if one.id in collected]
-    wrong, notes = 0, []
+    wrong, notes = 0, list[str]()
     for item in _messages(reader, chosen, notes) if chosen else ():
         connection, received_ns, raw = item
         topic = collected[connection.id]
         try:
             topic.add(received_ns, decode(raw, topic.kind))
-        except (*DAMAGE, *_own_errors()):
+        except _damage():
             wrong += 1
     return [*notes, *([f"{wrong} messages of another form left out"] if wrong else [])]
 
@@ -223,7 +228,7 @@ def _messages(reader: Any, chosen: list[Any], notes: list[str]) -> Iterator[tupl
             item = next(found)
         except StopIteration:
             return
-        except (*DAMAGE, *_own_errors()) as error:
+        except _damage() as error:
             notes.append(f"damaged: the messages ahead of the damage are read ({_short(error)})")
             return
         yield item
@@ -234,25 +239,19 @@ def _bag_errors_about(path: Path) -> Iterator[None]:
     """Turn what the library raises into an InputError about the file."""
     try:
         yield
-    except (*DAMAGE, *_own_errors()) as error:
+    except _damage() as error:
         do = "close the recorder properly, repair it with `rosbag reindex`, `ros2 bag reindex` or `mcap recover`"
         raise InputError(f"cannot be read as a ROS bag: {_short(error)}", where=str(path), do=do) from None
 
 
-def _own_errors() -> tuple[type[Exception], ...]:
-    """Return the exceptions of the library and of the libraries below."""
+def _damage() -> Damage:
+    """Return the exceptions that a damaged bag raises: of Python, of the library and of the libraries below."""
     import apsw
     from rosbags import rosbag1, rosbag2, serde, typesys
     from rosbags.rosbag2.storage_mcap import zstd
 
-    return (
-        rosbag1.ReaderError,
-        rosbag2.ReaderError,
-        serde.SerdeError,
-        typesys.TypesysError,
-        apsw.Error,
-        zstd.ZstdError,
-    )
+    own = (rosbag1.ReaderError, rosbag2.ReaderError, serde.SerdeError, typesys.TypesysError, apsw.Error, zstd.ZstdError)
+    return (*DAMAGE, *own)
 
 
 def _short(error: Exception) -> str:

@@ -56,9 +56,10 @@ class Layout:
     def getter(self) -> Callable[[Any], tuple[Any, ...]]:
         """Return the function that gives the fields of a message: numbers, then arrays, then sequences."""
         paths = (*self.numbers, *(path for path, _ in self.arrays), *(path for path, _ in self.sequences))
-        if len(paths) > 1:
-            return attrgetter(*paths)
-        return (lambda message, get=attrgetter(*paths): (get(message),)) if paths else lambda message: ()
+        if not paths:
+            return lambda message: ()
+        get: Callable[[Any], Any] = attrgetter(*paths)
+        return get if len(paths) > 1 else lambda message: (get(message),)
 
     def block(self, rows: Sequence[tuple[Any, ...]]) -> Array:
         """Return messages as (n, k): numbers, arrays, then MOST_MEMBERS places for each number of a sequence."""

@@ -7,10 +7,10 @@ from collections.abc import Callable, Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from recordings.channels import TEMPERATURE
+from recordings.channels import ARMED, BATTERY_VOLTAGE, TEMPERATURE, THROTTLE, current_name
 from recordings.columns import ACCEL, ATTITUDE, GYRO, POSITION
 from recordings.readers.ros.bag import Topic
-from recordings.readers.ros.fields import Layout
+from recordings.readers.ros.fields import MOST_MEMBERS, Layout
 from scenarios.arrays import Array
 
 MAGNETIC, IMU, FIX = "sensor_msgs/msg/MagneticField", "sensor_msgs/msg/Imu", "sensor_msgs/msg/NavSatFix"
@@ -39,6 +39,10 @@ POSES = {ODOMETRY: "pose.pose", POSE: "pose", POSE_COVARIANCE: "pose.pose"}
 TARGETS = {
     IMU: (*GYRO, *ACCEL, *ATTITUDE),
     THERMOMETER: (TEMPERATURE,),
+    BATTERY: (BATTERY_VOLTAGE, current_name(1)),
+    STATE: ("phase", ARMED),
+    **dict.fromkeys(HUD, (THROTTLE,)),
+    **dict.fromkeys(ESCS, tuple(map(current_name, range(1, MOST_MEMBERS + 1)))),
     **dict.fromkeys(POSES, (*POSITION, *ATTITUDE)),
 }
 ALWAYS = (MAGNETIC, FIX)
@@ -51,8 +55,6 @@ def is_read(wanted: Callable[[str], bool], name: str, kind: str, layout: Layout)
         return True
     if kind.startswith(INFRASTRUCTURE) or (layout.sequences and kind not in WITH_SEQUENCES):
         return False
-    if kind == STATE or kind in WITH_SEQUENCES or kind in HUD:
-        return True
     return any(wanted(one) for one in (*TARGETS.get(kind, ()), *(f"{name}.{path}" for path in layout.names)))
 
 

@@ -14,9 +14,10 @@ import pytest
 
 from recordings import Recording, read_recording, write_recording
 from recordings.assemble import arrays_of
-from recordings.columns import mag_names
+from recordings.columns import ACCEL, GYRO, mag_names
 from recordings.readers import FORMATS, FileFormat, load
 from scenarios.errors import InputError
+from tests.recordings.readers.ros_bags import Series, vector, write_bag
 
 N = 60
 
@@ -32,13 +33,35 @@ def write_iaga(recording: Recording, path: Path) -> None:
     path.write_text("\n".join(lines) + "\n")
 
 
+def write_ros(recording: Recording, path: Path) -> None:
+    """A ROS 1 bag: vectors as float64, temperature apart; the attitude would come back with signs of its own."""
+    stamps = [1_714_564_800 * 10**9 + round(1e9 * t) for t in recording.time_s.tolist()]
+    rates, forces = map(np.atleast_2d, (recording.gyro_rad_s, recording.accel_m_s2))
+    imu = [
+        {"angular_velocity": vector(w), "linear_acceleration": vector(f)} for w, f in zip(rates, forces, strict=True)
+    ]
+    field = [{"magnetic_field": vector(1e-9 * row)} for row in recording.mag_nT]
+    degrees = np.atleast_1d(recording.temperature_degC).tolist()
+    path.unlink(missing_ok=True)
+    series = [
+        Series("/mag", "sensor_msgs/msg/MagneticField", field, stamps),
+        Series("/imu", "sensor_msgs/msg/Imu", imu, stamps),
+        Series("/temperature", "sensor_msgs/msg/Temperature", [{"temperature": one} for one in degrees], stamps),
+    ]
+    write_bag(path, series, ros=1)
+
+
 EXAMPLES: dict[str, Callable[[Recording, Path], None]] = {
     "Parquet": write_recording,
     "IAGA-2002": write_iaga,
     "CSV": write_recording,
+    "ROS bag": write_ros,
 }
 """How a test writes a recording in each format, from the recording alone: an entry for each entry of FORMATS."""
-PARTS = {"IAGA-2002": ("time_s", *mag_names())}
+PARTS = {
+    "IAGA-2002": ("time_s", *mag_names()),
+    "ROS bag": ("time_s", *mag_names(), *GYRO, *ACCEL, "temperature_degC"),
+}
 """What a format holds of a recording, where not all of it."""
 FOREIGN = {
     "nothing": b"",
@@ -117,7 +140,7 @@ def test_example_comes_back(form: FileFormat, tmp_path: Path) -> None:
 def test_only_wanted_columns_are_loaded(form: FileFormat, tmp_path: Path) -> None:
     contents = load(written(form, tmp_path), lambda name: name.startswith("mag_"))
     assert sorted(contents.table.column_names) == ["mag_x_nT", "mag_y_nT", "mag_z_nT"]
-    assert all("body frame" in note for note in contents.notes)
+    assert all("body frame" in note or "undone" in note for note in contents.notes)
 
 
 @formats
