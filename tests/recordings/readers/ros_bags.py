@@ -20,6 +20,10 @@ MAVROS = {
     "mavros_msgs/msg/VfrHud": "std_msgs/Header header\nfloat32 airspeed\nfloat32 throttle\nfloat32 climb\n",
 }
 """Messages that the library does not know, by type: what tests need of them."""
+SINGLE, MESSAGE, ARRAY = 1, 2, 3
+"""Kinds of a field as the library describes types."""
+NOTHING: dict[str, Any] = {"string": "", "bool": False}
+"""What a field is that nobody gives, by type; 0 else."""
 
 
 @dataclass(frozen=True)
@@ -52,20 +56,20 @@ class Types:
 
     def make(self, kind: str, fields: dict[str, Any]) -> Any:
         """Return a message; fields that are not given are zero or empty."""
-        values = {}
-        for name, description in self.store.fielddefs[kind][1]:
-            node, what = int(description[0]), description[1]
-            given = fields.get(name)
-            if node == 2:
-                values[name] = self.make(what, given or {}) if given is None or isinstance(given, dict) else given
-            elif given is not None:
-                values[name] = given
-            elif node == 1:
-                values[name] = "" if what[0] == "string" else False if what[0] == "bool" else 0
-            else:
-                (_, inner), size = what
-                values[name] = np.zeros(size if node == 3 else 0, np.dtype(inner[0]))
-        return self.store.types[kind](**values)
+        described = self.store.fielddefs[kind][1]
+        return self.store.types[kind](**{name: self._value(one, fields.get(name)) for name, one in described})
+
+    def _value(self, description: Any, given: Any) -> Any:
+        """Return what is given for a field, a nested message from its fields, or nothing in the field's type."""
+        node, what = int(description[0]), description[1]
+        if node == MESSAGE and (given is None or isinstance(given, dict)):
+            return self.make(what, given or {})
+        if given is not None:
+            return given
+        if node == SINGLE:
+            return NOTHING.get(what[0], 0)
+        (_, inner), size = what
+        return np.zeros(size if node == ARRAY else 0, np.dtype(inner[0]))
 
     def stamped(self, kind: str, stamp_ns: int, frame: str, fields: dict[str, Any]) -> bytes:
         """Return a message with a header as bytes."""
