@@ -19,6 +19,8 @@ from calib.methods.kalman_rescaled import KalmanRescaledCalibrator
 from calib.methods.least_squares_gradiometer import LeastSquaresGradiometer
 from calib.methods.ml_geometric import MaximumLikelihoodGeometric
 from calib.methods.ml_newton import MaximumLikelihoodNewton
+from calib.methods.motor_ellipsoid import MotorEllipsoid
+from calib.methods.motor_vector import MotorVector
 from calib.methods.planar import Planar
 from calib.methods.pso import Pso
 from calib.methods.psoga import PsoGa
@@ -66,6 +68,8 @@ CALIBRATORS: dict[str, type[Calibrator]] = {
         UkfCalibrator,
         VectorLmCalibrator,
         TollesLawsonCalibrator,
+        MotorEllipsoid,
+        MotorVector,
     )
 }
 """Every calibrator by name, in the order that tables show them."""

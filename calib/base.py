@@ -21,6 +21,7 @@ from calib.acceptance import (
     residual_of,
     widened,
 )
+from calib.models.inputs import input_groups
 from calib.numerics.rates import world_to_body
 from calib.observability import motion_status
 from calib.reference import Reference
@@ -43,6 +44,10 @@ NEEDS: dict[str, tuple[Callable[[Recording, Reference], object], str]] = {
     "scalar": (
         lambda recording, _: recording.channels.get("scalar_nT"),
         "a scalar magnetometer beside the vector one: record its field strength as scalar_nT",
+    ),
+    "input": (
+        lambda recording, _: next((one.signals for one in input_groups(recording)), None),
+        "an input that moves the field: record current_1_A ... in A, throttle, motor_output_1 ... or temperature_degC",
     ),
     "array": (lambda recording, _: recording.array_mag_nT, "an array of magnetometers: record mag1_x_nT ... mag4_z_nT"),
     "field_vector": (

@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from calib.input_terms import InputTerm
 from calib.numerics.points import cross_matrices, mapped
 from calib.numerics.rates import body_rate, smoothed_derivative
 from recordings import Recording
@@ -63,6 +64,8 @@ class Calibration:
     A fit whose offset and matrix change with time has `segments`, in order of time; offset_nT and matrix are then their
     mean, and `apply` takes the segment that the sample's time is in (the first before it begins).
 
+    `inputs`: terms of recorded inputs, see `calib.input_terms`, which `apply` takes off m.
+
     `left_out` (n,): the wild samples of the recording, which the fit has not used; None for none.
     """
 
@@ -79,6 +82,7 @@ class Calibration:
     array_offset_nT: Array | None = None
     array_matrix: Array | None = None
     segments: tuple[Segment, ...] = ()
+    inputs: tuple[InputTerm, ...] = ()
     left_out: NDArray[np.bool_] | None = None
 
     def __repr__(self) -> str:
@@ -124,13 +128,17 @@ class Calibration:
 
         Without eddy term h = matrix (m - b). With it dh/dt = -omega x h, so (S - B [omega]x) h = m - b is solved sample
         by sample, omega being the gyro's or else the attitude's derivative; without either dh/dt is the smoothed
-        derivative of the field itself, found together with it by a few fixed-point rounds.
+        derivative of the field itself, found together with it by a few fixed-point rounds. The field of the inputs is
+        taken off m first; InputError for a recording that lacks one.
         """
+        measured_nT = recording.mag_nT
+        for term in self.inputs:
+            measured_nT = measured_nT - term.field(recording)
         if self.segments:
-            return self._apply_segments(recording)
+            return self._apply_segments(measured_nT, recording.time_s)
         if self.eddy_s is None:
-            return np.asarray(mapped(np.ascontiguousarray(recording.mag_nT), self.offset_nT, self.matrix))
-        centred = recording.mag_nT - self.offset_nT
+            return np.asarray(mapped(np.ascontiguousarray(measured_nT), self.offset_nT, self.matrix))
+        centred = measured_nT - self.offset_nT
         rate = body_rate(recording)
         if rate is None:
             return self._apply_by_derivative(centred, recording.time_s)
@@ -173,15 +181,15 @@ class Calibration:
         )
 
     def static(self) -> Calibration:
-        """The calibration with the mean of the segments, for recordings of a different time."""
-        return replace(self, segments=())
+        """The calibration with the mean of the segments and without inputs, for recordings of a different time."""
+        return replace(self, segments=(), inputs=())
 
-    def _apply_segments(self, recording: Recording) -> Array:
-        out = np.empty_like(recording.mag_nT)
+    def _apply_segments(self, measured_nT: Array, time_s: Array) -> Array:
+        out = np.empty_like(measured_nT)
         starts_s = [segment.start_s for segment in self.segments[1:]]
-        which = np.searchsorted(starts_s, recording.time_s, side="right")
+        which = np.searchsorted(starts_s, time_s, side="right")
         for k, segment in enumerate(self.segments):
-            out[which == k] = mapped(recording.mag_nT[which == k], segment.offset_nT, segment.matrix)
+            out[which == k] = mapped(measured_nT[which == k], segment.offset_nT, segment.matrix)
         return out
 
     def _apply_by_derivative(self, centred: Array, time_s: Array) -> Array:

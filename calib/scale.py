@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from calib.input_terms import GAIN
 from calib.numerics.points import mean_and_spread
 from calib.numerics.rates import world_to_body
 from calib.reference import Reference
@@ -35,6 +36,7 @@ POWERS = {
     "noise_std_nT": 1,
     "noise_variance_nT2": 2,
     "flicker_nT": 1,
+    "held_out": 1,
 }
 """Power of the measurements' unit in a parameter, by the beginning of its name; parameters not listed have none."""
 
@@ -102,6 +104,7 @@ def in_unit_of(fit: Calibration, factor: float) -> Calibration:
         segments=tuple(
             replace(part, offset_nT=part.offset_nT / factor, matrix=part.matrix * gain) for part in fit.segments
         ),
+        inputs=tuple(replace(term, gain_nT=term.gain_nT / factor) for term in fit.inputs),
     )
 
 
@@ -113,5 +116,5 @@ def _unit(name: str, factor: float, *, own: bool) -> float:
     """What a parameter is multiplied by where the measurements are divided by a factor."""
     if own and name.startswith(("S_", "R_")):
         return 1.0
-    power = next((power for start, power in POWERS.items() if name.startswith(start)), 0)
+    power = next((power for start, power in POWERS.items() if name.startswith(start)), int(bool(GAIN.search(name))))
     return float(factor**-power)

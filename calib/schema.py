@@ -6,12 +6,14 @@ import sys
 from typing import Any
 
 from calib.result import SCALAR_TERM
-from calib.serial import KINDS, SEGMENT_KEYS
+from calib.serial import INPUT_KEYS, KINDS, SEGMENT_KEYS
 from scenarios.spec import DIALECT
 
 Schema = dict[str, Any]
 NUMBER: Schema = {"type": "number", "minimum": -sys.float_info.max, "maximum": sys.float_info.max}
 TEXT: Schema = {"type": "string"}
+NAMED, LENGTH = {**TEXT, "minLength": 1}, {**NUMBER, "minimum": 0}
+"""A text that is not empty, and a number that is not negative."""
 
 
 def _several(item: Schema, count: int | None = None) -> Schema:
@@ -54,6 +56,11 @@ VALUES: dict[str, Schema] = {
     "array_offset_nT": OFFSETS,
     "array_matrix": MATRICES,
     "segments": _several(_object(dict(zip(SEGMENT_KEYS, (NUMBER, VECTOR, MATRIX), strict=True)))),
+    "inputs": _several(
+        _object(
+            dict(zip(INPUT_KEYS, ({**TEXT, "minLength": 1}, VECTOR, NUMBER, {**NUMBER, "minimum": 0}), strict=True))
+        )
+    ),
 }
 """What stands under each key, where it is not null."""
 
@@ -62,7 +69,8 @@ def json_schema() -> Schema:
     """JSON Schema (2020-12) of what `calib.from_json` takes.
 
     Left to the reader is what a schema cannot say: a covariance is symmetric, with a diagonal that is not negative, and
-    has a row a name; both parts of an array have as many sensors; segments are in order of time.
+    has a row a name; both parts of an array have as many sensors; segments are in order of time; each input is of
+    another channel.
     """
     return {
         "$schema": DIALECT,

@@ -8,6 +8,7 @@ from typing import Any, NoReturn, get_args
 
 import numpy as np
 
+from calib.input_terms import InputTerm
 from calib.result import OFFSET_NAMES, SCALAR_TERM, Calibration, Kind, Segment, Status
 from scenarios.arrays import Array
 from scenarios.errors import InputError
@@ -27,7 +28,9 @@ KEYS = (
     "array_offset_nT",
     "array_matrix",
     "segments",
+    "inputs",
 )
+INPUT_KEYS = ("channel", "gain_nT", "reference", "lag_s")
 SEGMENT_KEYS = ("start_s", "offset_nT", "matrix")
 KINDS: tuple[Kind, ...] = get_args(Kind)
 
@@ -55,6 +58,15 @@ def to_dict(calibration: Calibration) -> dict[str, Any]:
         "segments": [
             {"start_s": float(part.start_s), "offset_nT": listed(part.offset_nT), "matrix": listed(part.matrix)}
             for part in calibration.segments
+        ],
+        "inputs": [
+            {
+                "channel": term.channel,
+                "gain_nT": listed(term.gain_nT),
+                "reference": float(term.reference),
+                "lag_s": float(term.lag_s),
+            }
+            for term in calibration.inputs
         ],
     }
 
@@ -120,6 +132,7 @@ class _Reader:
             array_offset_nT=array_offset_nT,
             array_matrix=array_matrix,
             segments=self.segments(),
+            inputs=self.inputs(),
         )
 
     def fail(self, key: str, what: str) -> NoReturn:
@@ -180,13 +193,35 @@ class _Reader:
 
     def segments(self) -> tuple[Segment, ...]:
         """Segments in order of time."""
-        value = self.data.get("segments", [])
-        if not isinstance(value, list) or not all(isinstance(part, dict) for part in value):
-            self.fail("segments", f"expected a list of objects with {', '.join(SEGMENT_KEYS)}")
-        parts = tuple(_Reader(part, f"{self.where}: segments[{i}]").segment() for i, part in enumerate(value))
+        parts = tuple(part.segment() for part in self.objects("segments", SEGMENT_KEYS))
         if any(b.start_s <= a.start_s for a, b in itertools.pairwise(parts)):
             self.fail("segments", "start_s must increase")
         return parts
+
+    def objects(self, key: str, keys: tuple[str, ...]) -> list[_Reader]:
+        """Readers of a list of objects."""
+        value = self.data.get(key, [])
+        if not isinstance(value, list) or not all(isinstance(part, dict) for part in value):
+            self.fail(key, f"expected a list of objects with {', '.join(keys)}")
+        return [_Reader(part, f"{self.where}: {key}[{i}]") for i, part in enumerate(value)]
+
+    def inputs(self) -> tuple[InputTerm, ...]:
+        """Terms of inputs, each of another channel."""
+        terms = tuple(part.input_term() for part in self.objects("inputs", INPUT_KEYS))
+        if len({term.channel for term in terms}) < len(terms):
+            self.fail("inputs", "a channel has two terms")
+        return terms
+
+    def input_term(self) -> InputTerm:
+        """This object as the term of an input."""
+        unknown = sorted(set(self.data) ^ set(INPUT_KEYS))
+        gain_nT, channel = self.array("gain_nT", (3,)), self.text("channel", "")
+        if unknown or gain_nT is None or not channel:
+            self.fail(", ".join(unknown), f"missing or unknown; an input has {', '.join(INPUT_KEYS)}")
+        reference, lag_s = (self.number(key, self.data[key]) for key in INPUT_KEYS[2:])
+        if lag_s < 0:
+            self.fail("lag_s", "expected a time constant that is not negative")
+        return InputTerm(channel, gain_nT, reference, lag_s)
 
     def segment(self) -> Segment:
         """This object as one segment."""

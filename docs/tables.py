@@ -130,6 +130,7 @@ NEED_TEXT = {
     "scalar": "channel `scalar_nT`",
     "array": "array of sensors",
     "field_vector": "field vector",
+    "input": "current, throttle, motor output or temperature",
 }
 
 

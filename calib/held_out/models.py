@@ -15,11 +15,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from calib import Reference
 from calib.held_out.legs import LegPartition
 from calib.models.ellipsoid import UPPER
 from calib.numerics.points import lengths
 from calib.numerics.rates import world_to_body
+from calib.reference import Reference
 from recordings import Recording
 from scenarios.arrays import Array
 
@@ -73,7 +73,7 @@ class Model:
         """Return the model fitted by Gauss-Newton from the present parameters."""
         now, before = self, np.inf
         for _ in range(STEPS):
-            misfit, J = now._linear()
+            misfit, J = now.linear()
             cost = float(np.sum(misfit**2))
             if not cost < before * (1.0 - SETTLED):
                 break
@@ -86,7 +86,7 @@ class Model:
 
         Parameters follow by one step from the fit to all legs; by a new fit if the gain is not as predicted.
         """
-        misfit, J = self._linear()
+        misfit, J = self.linear()
         squares = legs.squares(np.concatenate([J, misfit[:, :, None]], axis=2))
         for leg, square in enumerate(squares.sum(axis=0) - squares):
             found = self.of(legs.number != leg)._from_sums(square).found
@@ -138,7 +138,7 @@ class Model:
         normal /= lengths(normal)[:, None]
         return np.sum(normal * (static - h @ S.T), axis=1)[:, None], h, normal
 
-    def _linear(self) -> tuple[Array, Array]:
+    def linear(self) -> tuple[Array, Array]:
         """Return misfit (n, r) and columns J (n, r, k) of the linearised model."""
         misfit, h, normal = self._seen()
         across = np.broadcast_to(np.eye(3), (len(h), 3, 3)) if normal is None else normal[:, None, :]

@@ -93,6 +93,11 @@ def with_accelerometer(one: Recording) -> Recording:
     return replace(one, accel_m_s2=force_m_s2)
 
 
+def with_currents(one: Recording) -> Recording:
+    """A recording with the current of one motor, which makes no field: between 5 and 25 A, in periods of 7 s."""
+    return replace(one, current_A=15.0 + 10.0 * np.sin(2 * np.pi * one.time_s[:, None] / 7.0))
+
+
 def level_turns(n: int, seed: int | None) -> Recording:
     """Yaw alone, exactly level: every measurement lies in a plane."""
     time_s = np.arange(n) / 10.0

@@ -46,6 +46,7 @@ EXPECTED = {
     "ukf": Expected(("full", "pitch"), True, 1.0, 2e-5, 0.05, 2e-6),
     **dict.fromkeys(("kalman_rescaled", "kalman_fuzzy"), FILTER),
     "kalman": Expected((), True, 5.0, 2e-4, 0.25, 2e-5, unit_free=False),
+    **dict.fromkeys(("motor_ellipsoid", "motor_vector"), Expected(MOTIONS, True, 0.02, 1e-6, 0.5, 1e-4)),
     "tolles_lawson": Expected(corrects=False),
 }
 SECONDS_A_FIT = ("ide_gradiometer", "de_gradiometer", "ga_gradiometer")

@@ -27,6 +27,8 @@ def with_all(recording, name, standard):
         recording = standard.with_accelerometer(recording)
     if "array" in CALIBRATORS[name].needs:
         recording = standard.with_array(recording)
+    if "input" in CALIBRATORS[name].needs:
+        recording = standard.with_currents(recording)
     if "scalar" in CALIBRATORS[name].needs:
         with np.errstate(over="ignore"):
             recording = replace(recording, channels={"scalar_nT": np.linalg.norm(recording.mag_nT, axis=1)})
@@ -202,6 +204,9 @@ def test_what_is_missing_is_named(name, standard):
     if "array" in CALIBRATORS[name].needs:
         status = get(name).fit(bare, no_vector).status
         assert (status.kind, "mag1_x_nT" in status.reason) == ("not_applicable", True)
+    if "input" in CALIBRATORS[name].needs:
+        status = get(name).fit(standard.recording("full", 0), standard.REFERENCE).status
+        assert (status.kind, "current_1_A" in status.reason) == ("not_applicable", True)
     if not CALIBRATORS[name].needs:
         assert isinstance(fit(name, standard, bare, no_vector), Calibration)
 

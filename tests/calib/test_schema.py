@@ -17,6 +17,7 @@ from scenarios.errors import InputError
 
 VECTOR, MATRIX = [1.0, 2, 3], [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
 SEGMENT = {"start_s": 0.0, "offset_nT": VECTOR, "matrix": MATRIX}
+INPUT = {"channel": "current_1_A", "gain_nT": VECTOR, "reference": 0.0, "lag_s": 0.3}
 WHOLE: dict[str, Any] = {
     "name": "mine",
     "status": "ok",
@@ -32,15 +33,19 @@ WHOLE: dict[str, Any] = {
     "array_offset_nT": [VECTOR, VECTOR],
     "array_matrix": [MATRIX, MATRIX],
     "segments": [SEGMENT, {**SEGMENT, "start_s": 5.0}],
+    "inputs": [INPUT, {**INPUT, "channel": "throttle"}],
 }
 VALUES: list[Any] = [
     None, True, 0, -3.5, "", "ok", "unobservable", "fine", [], {}, [1.0], VECTOR, [*VECTOR, 4], ["a", "b"], ["a", "a"],
     [1, 2, "3"], [1, 2, None], [1, 2, True], MATRIX, [VECTOR, VECTOR], [VECTOR, [1, 2]], [MATRIX], [[[1.0]]], {"a": 1},
     {"a": None}, {"a": "b"}, {"permanent_x_nT": 3.0}, [SEGMENT],
     [{**SEGMENT, "end_s": 1}], [{"start_s": 0}], [{**SEGMENT, "matrix": None}],
+    [INPUT], [INPUT, INPUT], [{**INPUT, "lag_s": -1.0}], [{**INPUT, "channel": ""}], [{**INPUT, "unit": "A"}],
     [VECTOR], 1e308,
 ]  # fmt: skip
-NOT_IN_A_SCHEMA = re.compile(r"symmetric|must increase|covariance: expected|array_(matrix|offset_nT): expected \d")
+NOT_IN_A_SCHEMA = re.compile(
+    r"symmetric|must increase|two terms|covariance: expected|array_(matrix|offset_nT): expected \d"
+)
 """What the reader says of values that hang together with others in a way that no schema tells."""
 
 
