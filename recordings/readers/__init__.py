@@ -7,6 +7,9 @@ from pathlib import Path
 
 from recordings.readers.base import FileContents, FileFormat, Wanted, file_head
 from recordings.readers.iaga import IAGA
+from recordings.readers.imagcdf import IMAGCDF
+from recordings.readers.mat import MAT
+from recordings.readers.netcdf import NETCDF
 from recordings.readers.parquet import PARQUET, is_parquet, parquet_errors_about
 from recordings.readers.ros import ROS
 from recordings.readers.text import TEXT
@@ -14,7 +17,7 @@ from scenarios.errors import InputError
 
 __all__ = ["FORMATS", "FileContents", "FileFormat", "is_parquet", "load", "parquet_errors_about"]
 
-FORMATS: tuple[FileFormat, ...] = (PARQUET, ROS, IAGA, TEXT)
+FORMATS: tuple[FileFormat, ...] = (PARQUET, ROS, NETCDF, IMAGCDF, MAT, IAGA, TEXT)
 """Every format, in the order of recognition: by content first, by the suffix alone last."""
 CONVERTERS = {
     ".ulg": "convert it with ulog2csv of pyulog, and join attitude and currents to the magnetometer's times",

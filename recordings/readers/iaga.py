@@ -26,7 +26,7 @@ MISSING = 88_888.0
 """88888.00 marks an element that is not measured, 99999.00 a missing value; no element is larger."""
 _RECORDS = re.compile(rb"\nDATE +TIME +DOY ([^\r\n]*)\r?\n")
 _MINUTES = np.pi / 180 / 60
-_FRAME = "X north, Y east and Z down of the observatory are mag_x, mag_y and mag_z: they are no body frame"
+NO_BODY_FRAME = "X north, Y east and Z down of the observatory are mag_x, mag_y and mag_z: they are no body frame"
 
 
 def _recognises(path: Path, head: bytes) -> bool:
@@ -48,7 +48,7 @@ def _read(path: Path, wanted: Wanted, stream: str | None) -> FileContents:
     found, gaps = _values(path, {name: column.filter(pa.array(~cells.wrong)) for name, column in cells.columns.items()})
     told = {"without a value": gaps, "of another form": int(np.sum(cells.wrong)) + len(skipped.numbers)}
     lines = [f"{count} {'record' if count == 1 else 'records'} {which}" for which, count in told.items() if count]
-    return FileContents({"": found}, (*text.notes, _FRAME, *(f"{line} left out" for line in lines)))
+    return FileContents({"": found}, (*text.notes, NO_BODY_FRAME, *(f"{line} left out" for line in lines)))
 
 
 def _values(path: Path, columns: Mapping[str, pa.Array]) -> tuple[pa.Table, int]:
@@ -57,7 +57,7 @@ def _values(path: Path, columns: Mapping[str, pa.Array]) -> tuple[pa.Table, int]
     elements = {name[-1]: _element(path, column) for name, column in columns.items() if name not in ("date", "time")}
     if not pa.types.is_timestamp(time.type):
         raise InputError("holds no dates and times", where=str(path), do="download the file again")
-    field_nT = _field(path, elements)
+    field_nT = field_of_elements(path, elements, _MINUTES)
     known = np.isfinite(field_nT).all(axis=1)
     found = {"time_s": time.filter(pa.array(known)), **dict(zip(mag_names(), field_nT[known].T, strict=True))}
     found |= {SCALAR: elements["F"][known]} if "F" in elements else {}
@@ -73,20 +73,20 @@ def _element(path: Path, column: pa.Array) -> Array:
     return np.where(np.abs(values) >= MISSING, np.nan, values)
 
 
-def _field(path: Path, elements: dict[str, Array]) -> Array:
-    """Return the field (n, 3), nT, from the elements X, Y, Z, or H, D, Z, or F, I, D.
+def field_of_elements(path: Path, elements: Mapping[str, Array], unit_rad: float) -> Array:
+    """Return the field (n, 3), nT, from the elements X, Y, Z, or H, D, Z, or F, I, D; angles in `unit_rad`.
 
-    X = H cos D, Y = H sin D, with H = F cos I and Z = F sin I.
+    X = H cos D, Y = H sin D, with H = F cos I and Z = F sin I. Raises InputError for elements of no whole vector.
     """
     if {"X", "Y", "Z"} <= elements.keys():
         return np.column_stack([elements[name] for name in "XYZ"])
     if {"F", "I", "D"} <= elements.keys():
-        dip = elements["I"] * _MINUTES
-        elements = elements | {"H": elements["F"] * np.cos(dip), "Z": elements["F"] * np.sin(dip)}
+        dip = elements["I"] * unit_rad
+        elements = {**elements, "H": elements["F"] * np.cos(dip), "Z": elements["F"] * np.sin(dip)}
     if not {"H", "D", "Z"} <= elements.keys():
         what = f"gives the elements {', '.join(elements)}: no whole vector"
         raise InputError(what, where=str(path), do="give a file of X, Y, Z, or of H, D, Z")
-    declination = elements["D"] * _MINUTES
+    declination = elements["D"] * unit_rad
     return np.column_stack([elements["H"] * np.cos(declination), elements["H"] * np.sin(declination), elements["Z"]])
 
 

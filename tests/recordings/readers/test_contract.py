@@ -7,14 +7,17 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import cdflib
+import h5netcdf
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+import scipy.io
 
 from recordings import Recording, read_recording, write_recording
 from recordings.assemble import arrays_of
-from recordings.columns import ACCEL, GYRO, mag_names
+from recordings.columns import ACCEL, ATTITUDE, GYRO, POSITION, mag_names
 from recordings.readers import FORMATS, FileFormat, load
 from scenarios.errors import InputError
 from tests.recordings.readers.ros_bags import Series, vector, write_bag
@@ -51,14 +54,55 @@ def write_ros(recording: Recording, path: Path) -> None:
     write_bag(path, series, ros=1)
 
 
+def numbers_of(recording: Recording) -> dict[str, np.ndarray]:
+    """The columns of numbers: all but the phase."""
+    return {name: values for name, values in arrays_of(recording).items() if name != "phase"}
+
+
+def write_netcdf(recording: Recording, path: Path) -> None:
+    with h5netcdf.File(path, "w") as file:
+        file.dimensions = {"time": len(recording.time_s)}
+        for name, values in numbers_of(recording).items():
+            file.create_variable(name, ("time",), "f8", data=values)
+
+
+def write_imagcdf(recording: Recording, path: Path) -> None:
+    """Times to 1 ns and the field, of the observatory's own frame."""
+    file = cdflib.cdfwrite.CDF(path, delete=True)
+    start = cdflib.cdfepoch.compute_tt2000([2024, 5, 1, 23, 59, 59, 0, 0, 0])
+    ticks = np.int64(start) + np.round(recording.time_s * 1e9).astype(np.int64)
+    columns = {"GeomagneticVectorTimes": (33, ticks)}
+    columns |= {
+        f"GeomagneticField{element}": (45, values) for element, values in zip("XYZ", recording.mag_nT.T, strict=True)
+    }
+    for name, (kind, values) in columns.items():
+        about = {"Variable": name, "Data_Type": kind, "Num_Elements": 1, "Rec_Vary": True, "Dim_Sizes": []}
+        file.write_var(about, var_data=np.ascontiguousarray(values))
+    file.close()
+
+
+def write_mat(recording: Recording, path: Path) -> None:
+    scipy.io.savemat(path, numbers_of(recording))
+
+
 EXAMPLES: dict[str, Callable[[Recording, Path], None]] = {
     "Parquet": write_recording,
+    "netCDF": write_netcdf,
+    "ImagCDF": write_imagcdf,
+    "MATLAB": write_mat,
     "IAGA-2002": write_iaga,
     "CSV": write_recording,
     "ROS bag": write_ros,
 }
 """How a test writes a recording in each format, from the recording alone: an entry for each entry of FORMATS."""
+NUMBERS = (
+    *("time_s", *mag_names(), *GYRO, *ACCEL, *ATTITUDE, *POSITION),
+    *("temperature_degC", "current_1_A", "current_2_A", "wheel_rad_s"),
+)
 PARTS = {
+    "netCDF": NUMBERS,
+    "ImagCDF": ("time_s", *mag_names()),
+    "MATLAB": NUMBERS,
     "IAGA-2002": ("time_s", *mag_names()),
     "ROS bag": ("time_s", *mag_names(), *GYRO, *ACCEL, "temperature_degC"),
 }

@@ -1,0 +1,38 @@
+"""What a format's library raises about a file, as one error about the file; what it prints is silenced."""
+
+from __future__ import annotations
+
+import io
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from pathlib import Path
+
+from scenarios.errors import InputError
+
+MOST_VALUES = 40_000_000
+"""Numbers that a reader takes from one file: 320 MB as float64."""
+
+
+@contextmanager
+def library_errors_about(path: Path, form: str) -> Iterator[None]:
+    """Within, call a format's library alone: whatever it raises becomes an InputError about a damaged file.
+
+    Libraries raise errors of any class over damaged bytes: of their own, KeyError, struct.error, MemoryError.
+    """
+    try:
+        with warnings.catch_warnings(), redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):
+            warnings.simplefilter("ignore")
+            yield
+    except InputError:
+        raise
+    except Exception as error:
+        do = "copy or convert it again; a file that was cut off while being written cannot be read"
+        raise InputError(f"is cut off or damaged {form}", where=str(path), do=do) from error
+
+
+def check_values(path: Path, values: int) -> None:
+    """Raise InputError for more than MOST_VALUES numbers, before memory is taken for them."""
+    if values > MOST_VALUES:
+        what = f"holds {values:.3g} numbers, at most {MOST_VALUES:.3g} are read"
+        raise InputError(what, where=str(path), do="give a part of the log, or fewer variables")

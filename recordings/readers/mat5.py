@@ -1,0 +1,134 @@
+"""The elements of a MATLAB file of version 5 to 7, each bounded by the element that holds it.
+
+A reader of this project's own: scipy's follows the types and sizes of a damaged file out of its memory, and takes the
+process down. Format: MathWorks, MAT-File Format, version 5: an element is a type (4 bytes), a size (4 bytes) and data
+padded to 8 bytes; up to 4 bytes of data may stand in the place of the padding, with type and size in 2 bytes each.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+HEADER = 128
+TYPES = {
+    **{1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4"},
+    **{6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"},
+}
+"""numpy's types by the number of an element's type."""
+MATRIX, COMPRESSED = 14, 15
+STRUCT, NUMERIC = 2, range(6, 16)
+"""Classes of a matrix: a struct; double, single and whole numbers."""
+COMPLEX = 0x800
+MOST_FIELDS = 10_000
+MOST_DEPTH = 6
+"""Levels of structs within structs that are read."""
+Found = dict[str, NDArray[Any]]
+
+
+class DamagedMatError(Exception):
+    """A MATLAB file whose elements contradict each other, or are larger than what is read."""
+
+
+@dataclass(frozen=True)
+class Element:
+    """An element's type, and its data in the byte order of the file, "<" or ">"."""
+
+    kind: int
+    data: memoryview
+    order: str
+
+    def numbers(self) -> NDArray[Any]:
+        """Return the data of an element of numbers (n,)."""
+        if self.kind not in TYPES:
+            raise DamagedMatError(f"an element of type {self.kind} stands for numbers")
+        kind = np.dtype(self.order + TYPES[self.kind])
+        return np.frombuffer(self.data[: len(self.data) // kind.itemsize * kind.itemsize], kind)
+
+    def parts(self) -> Iterator[Element]:
+        """Yield the elements within."""
+        at, size = 0, len(self.data)
+        while at + 8 <= size:
+            first, second = np.frombuffer(self.data[at : at + 8], f"{self.order}u4").tolist()
+            small = first >> 16
+            kind, length, begin = (first & 0xFFFF, small, at + 4) if small else (first, second, at + 8)
+            if begin + length > size or small > 4:
+                raise DamagedMatError("an element ends beyond the data that hold it")
+            yield Element(kind, self.data[begin : begin + length], self.order)
+            at = at + 8 if small else begin + (length if kind == COMPRESSED else -(-length // 8) * 8)
+
+
+def arrays_of(data: bytes, most: int) -> Found:
+    """Return the arrays of numbers of a file by their names, fields of structs behind dots.
+
+    Cells, arrays of structs, sparse and complex matrices, words and objects are left out.
+    Raises DamagedMatError for what contradicts itself, and for more than `most` bytes, decompressed.
+    """
+    order = "<" if data[126:128] == b"IM" else ">"
+    found: Found = {}
+    for part in Element(0, memoryview(data)[HEADER:], order).parts():
+        if part.kind == COMPRESSED:
+            plain = inflated(bytes(part.data), most)
+            most -= len(plain)
+            for inner in Element(0, memoryview(plain), order).parts():
+                found |= _matrix("", inner, 0)
+        else:
+            found |= _matrix("", part, 0)
+    return found
+
+
+def inflated(data: bytes, most: int) -> bytes:
+    """Return zlib's stream decompressed; DamagedMatError for another stream, and for more than `most` bytes."""
+    stream, parts, size, rest = zlib.decompressobj(), [], 0, data
+    try:
+        while rest and not stream.eof:
+            parts.append(stream.decompress(rest, 1 << 24))
+            size += len(parts[-1])
+            if size > most:
+                raise DamagedMatError(f"more than {most} bytes are compressed in it")
+            rest = stream.unconsumed_tail
+    except zlib.error as error:
+        raise DamagedMatError("an element cannot be decompressed") from error
+    return b"".join(parts)
+
+
+def _matrix(name: str, element: Element, depth: int) -> Found:
+    """Return the arrays in a matrix: itself, or the fields of a struct. `name` is that of the struct around."""
+    parts = list(element.parts()) if element.kind == MATRIX else []
+    if len(parts) < 4 or depth > MOST_DEPTH:
+        return {}
+    flags, shape = int(parts[0].numbers()[:1].sum()), tuple(parts[1].numbers().tolist())
+    own = parts[2].data.tobytes().decode("latin-1").strip("\0")
+    full = ".".join(part for part in (name, own) if part)
+    return _content(full, flags, shape, parts[3:], depth)
+
+
+def _content(name: str, flags: int, shape: tuple[int, ...], parts: list[Element], depth: int) -> Found:
+    """Return a matrix of numbers in its shape, or the fields of a single struct."""
+    values = int(np.prod(shape, dtype=np.float64))
+    if flags & 0xFF == STRUCT and values == 1 and len(parts) > 1:
+        return _fields(name, parts, depth)
+    if flags & 0xFF not in NUMERIC or flags & COMPLEX:
+        return {}
+    numbers = parts[0].numbers()
+    if min(shape, default=0) < 0 or values != len(numbers):
+        raise DamagedMatError("a matrix has other numbers than its shape")
+    return {name: numbers.reshape(shape, order="F")}
+
+
+def _fields(name: str, parts: list[Element], depth: int) -> Found:
+    """Return the fields of a struct: the length of a field's name, the names, then a matrix a field."""
+    length = int(parts[0].numbers()[:1].sum())
+    text = parts[1].data.tobytes()
+    if not 0 < length <= len(text) or len(text) // length > MOST_FIELDS:
+        return {}
+    names = [text[k : k + length].split(b"\0")[0].decode("latin-1") for k in range(0, len(text), length)]
+    found: Found = {}
+    for field, part in zip(names, parts[2:], strict=False):
+        found |= _matrix(f"{name}.{field}", part, depth + 1)
+    return found
