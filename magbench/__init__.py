@@ -28,6 +28,7 @@ from magbench.api.gate import gate, propose_gates, write_baseline
 from magbench.api.inspect import inspect
 from magbench.api.plan import plan
 from magbench.api.read import read
+from magbench.api.recheck import recheck
 from magbench.api.reproduce import reproduce
 from magbench.api.run import run
 from magbench.api.simulate import simulate
@@ -76,6 +77,7 @@ __all__ = [
     "read",
     "read_recording",
     "read_run",
+    "recheck",
     "register",
     "reproduce",
     "run",

@@ -24,6 +24,7 @@ from magbench.commands import (
     listing,
     plan,
     read,
+    recheck,
     reproduce,
     run,
     schema,
@@ -34,8 +35,8 @@ from magbench.refusal import refuse
 from scenarios.errors import InputError
 
 EPILOG = (
-    "Exit status: 0 done, 1 a gate failed or a gap was found and not explained, 2 wrong use or bad input (one line "
-    "says what, where and what to do)."
+    "Exit status: 0 done, 1 a gate failed, a gap was found and not explained, or a calibration is not found valid, "
+    "2 wrong use or bad input (one line says what, where and what to do)."
 )
 
 
@@ -64,6 +65,7 @@ COMMANDS: dict[str, Callable[..., None]] = {
     "compare": compare.command,
     "gate": gate.command,
     "read": read.command,
+    "recheck": recheck.command,
     "calibrate": calibrate.command,
     "apply": apply.command,
     "inspect": inspect.command,

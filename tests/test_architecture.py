@@ -20,7 +20,7 @@ FLOORS = (
     {"axes"},
     {"screening"},
     {"scoring", "calibrating", "inspection", "cross_validation"},
-    {"bound", "comparison"},
+    {"bound", "comparison", "rechecking"},
     {"gates", "planning"},
 )
 """The rooms of `validation`: numbers below, judgement above them."""
@@ -29,6 +29,8 @@ SHARED = {"__init__.py", "policy.py", "text.py"}
 MOST_TOKENS, MOST_COMPLEXITY = 300, 10
 
 WORDS = {
+    "validation/rechecking/change.py": {"scale"},
+    "validation/rechecking/parts.py": {"scale"},
     "papers/ding2021/rows.py": {"scale", "misalignment"},
     "validation/inspection/frames.py": {"scale"},
     "validation/inspection/values.py": {"spikes"},

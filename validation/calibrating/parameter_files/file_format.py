@@ -142,6 +142,6 @@ def upward(name: str, offset_nT: Array, matrix: Array, turn: Array, caveat: str 
     return read_back(name, to_flu @ offset_nT, to_flu @ matrix @ to_flu.T, caveat)
 
 
-def symmetric(diagonal: Sequence[float], xy: float, xz: float, yz: float) -> Array:
+def symmetric(diagonal: Array, xy: float, xz: float, yz: float) -> Array:
     """Return the matrix (3, 3) of a diagonal and the three entries above it."""
-    return np.diag(np.asarray(diagonal, dtype=float)) + np.array([[0, xy, xz], [xy, 0, yz], [xz, yz, 0]])
+    return np.asarray(np.diag(diagonal) + np.array([[0.0, xy, xz], [xy, 0.0, yz], [xz, yz, 0.0]]))

@@ -55,7 +55,7 @@ def _imu_calib(source: FileText) -> dict[str, Calibration]:
     """Return h = SM m - bias, as h = SM (m - SM^-1 bias) [ImuCalib]; the file may be of an accelerometer."""
     bias, matrix = _pair(source, ("bias",), ("SM",))
     try:
-        offset = np.linalg.solve(matrix, bias)
+        offset = np.asarray(np.linalg.solve(matrix, bias), dtype=np.float64)
     except np.linalg.LinAlgError:
         raise source.fail("SM is singular") from None
     return {"1": source.scaled("imu_calib", offset, matrix)}
