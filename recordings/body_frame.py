@@ -46,7 +46,7 @@ def _upward(named: Named, sensors: Sequence[tuple[str, ...]]) -> dict[str, NDArr
 
 def flu_from_frd(vectors: Array) -> Array:
     """Return vectors (n, 3) of a body frame forward, right, down in forward, left, up."""
-    return vectors * np.array(DOWN)
+    return np.asarray(vectors * np.array(DOWN))
 
 
 def enu_from_ned(q: Array) -> Array:

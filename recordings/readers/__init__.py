@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+from recordings.readers.ardupilot import ARDUPILOT_LOG
 from recordings.readers.base import FileContents, FileFormat, Wanted, file_head
 from recordings.readers.iaga import IAGA
 from recordings.readers.imagcdf import IMAGCDF
@@ -17,11 +18,10 @@ from scenarios.errors import InputError
 
 __all__ = ["FORMATS", "FileContents", "FileFormat", "is_parquet", "load", "parquet_errors_about"]
 
-FORMATS: tuple[FileFormat, ...] = (PARQUET, ROS, NETCDF, IMAGCDF, MAT, IAGA, TEXT)
+FORMATS: tuple[FileFormat, ...] = (PARQUET, ARDUPILOT_LOG, ROS, NETCDF, IMAGCDF, MAT, IAGA, TEXT)
 """Every format, in the order of recognition: by content first, by the suffix alone last."""
 CONVERTERS = {
     ".ulg": "convert it with ulog2csv of pyulog, and join attitude and currents to the magnetometer's times",
-    ".bin": "convert it with mavlogdump.py of pymavlink, and join attitude and currents to the magnetometer's times",
 }
 """How an autopilot's own log becomes a text table, by the suffix."""
 
