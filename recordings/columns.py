@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import pyarrow as pa
 
@@ -102,6 +103,7 @@ def is_truth(name: str) -> bool:
     return _TRUTH.match(name) is not None
 
 
+@lru_cache(1 << 14)
 def group_of(name: str) -> str:
     """Return the group of a column by its name; a name in no table is a channel."""
     if name == RUN.name:

@@ -12,18 +12,15 @@ from recordings.readers.imagcdf import IMAGCDF
 from recordings.readers.mat import MAT
 from recordings.readers.netcdf import NETCDF
 from recordings.readers.parquet import PARQUET, is_parquet, parquet_errors_about
+from recordings.readers.px4 import PX4
 from recordings.readers.ros import ROS
 from recordings.readers.text import TEXT
 from scenarios.errors import InputError
 
 __all__ = ["FORMATS", "FileContents", "FileFormat", "is_parquet", "load", "parquet_errors_about"]
 
-FORMATS: tuple[FileFormat, ...] = (PARQUET, ARDUPILOT_LOG, ROS, NETCDF, IMAGCDF, MAT, IAGA, TEXT)
+FORMATS: tuple[FileFormat, ...] = (PARQUET, ARDUPILOT_LOG, PX4, ROS, NETCDF, IMAGCDF, MAT, IAGA, TEXT)
 """Every format, in the order of recognition: by content first, by the suffix alone last."""
-CONVERTERS = {
-    ".ulg": "convert it with ulog2csv of pyulog, and join attitude and currents to the magnetometer's times",
-}
-"""How an autopilot's own log becomes a text table, by the suffix."""
 
 
 def load(path: Path, wanted: Wanted, stream: str | None = None) -> FileContents:
@@ -64,4 +61,4 @@ def _unknown(path: Path) -> InputError:
     files = [f"{entry.summary} ({', '.join(entry.suffixes)})" for entry in FORMATS]
     what = f"is neither {', '.join(names[:-1])} nor {names[-1]}"
     do = f"give {', '.join(files[:-1])} or {files[-1]}"
-    return InputError(what, where=str(path), do=CONVERTERS.get(path.suffix.lower(), do))
+    return InputError(what, where=str(path), do=do)

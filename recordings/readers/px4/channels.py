@@ -1,0 +1,56 @@
+"""Every other number of a PX4 log as a channel, under the log's own names."""
+
+from __future__ import annotations
+
+from collections.abc import Set
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from recordings.readers.base import Wanted
+from recordings.readers.px4.ulog import ULog, UlogTopic
+from recordings.streams import Interpolation, Stream, ordered_rows
+
+READ: dict[str, tuple[str, ...]] = {
+    "sensor_mag": ("x", "y", "z"),
+    "vehicle_magnetometer": ("magnetometer_ga",),
+    "sensor_combined": ("gyro_rad", "accelerometer_m_s2", "magnetometer_ga"),
+    "vehicle_attitude": ("q",),
+    "vehicle_local_position": ("x", "y", "z"),
+    "actuator_motors": ("control",),
+    **dict.fromkeys(("vehicle_gps_position", "sensor_gps"), ("lat", "lon", "latitude_deg", "longitude_deg")),
+}
+"""Fields that are read under a recording's names, in all instances."""
+LEAST_SAMPLES = 2
+"""Samples, in the order of time, below which a topic is an event."""
+
+
+def channel_streams(log: ULog, used: Set[str], wanted: Wanted) -> dict[str, Stream]:
+    """Return the numeric fields that change as channels `topic.field`, `topic[1].field` of later instances.
+
+    used : names of fields that are read already. Real numbers are interpolated; whole numbers and flags are held.
+    """
+    streams: dict[str, Stream] = {}
+    for topic in log.topics.values():
+        rows, _ = ordered_rows(topic.times_s())
+        columns = _columns(topic, used, wanted) if len(rows) >= LEAST_SAMPLES else {}
+        if columns:
+            how = {own: Interpolation.HELD for own, values in columns.items() if values.dtype.kind != "f"}
+            at_rows = {own: values[rows] for own, values in columns.items()}
+            streams[topic.label] = Stream(topic.times_s()[rows], at_rows, how)
+    return streams
+
+
+def _columns(topic: UlogTopic, used: Set[str], wanted: Wanted) -> dict[str, NDArray[Any]]:
+    """Return the fields of a topic that change and that nothing else reads, by the name of their channel."""
+    read = READ.get(topic.name, ())
+    names = {f"{topic.label}.{name}": name for name in topic.names if name.partition("[")[0] not in read}
+    wished = {own: name for own, name in names.items() if "timestamp" not in name and own not in used and wanted(own)}
+    columns = {own: topic.column(name) for own, name in wished.items()}
+    return {own: values for own, values in columns.items() if _changes(values)}
+
+
+def _changes(values: NDArray[np.generic]) -> bool:
+    """Return whether a field (n,) has two different values."""
+    return bool(np.any(values[1:] != values[:1]) and (values.dtype.kind != "f" or np.isfinite(values).any()))

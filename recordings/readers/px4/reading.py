@@ -1,0 +1,67 @@
+"""PX4's logs (.ulg) as recordings."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from recordings.readers.base import FileContents, FileFormat, Wanted
+from recordings.readers.px4.channels import channel_streams
+from recordings.readers.px4.magnetometers import magnetometers
+from recordings.readers.px4.motion import motion_streams
+from recordings.readers.px4.place import place_and_date
+from recordings.readers.px4.power import power_streams
+from recordings.readers.px4.ulog import MAGIC, ULog, read_ulog
+from recordings.readers.vehicle_log import VehicleLog
+from scenarios.errors import InputError
+
+
+def _recognises(path: Path, head: bytes) -> bool:
+    return head.startswith(MAGIC)
+
+
+def _read(path: Path, wanted: Wanted, stream: str | None) -> FileContents:
+    """Return the columns at the times of one magnetometer, its calibration undone."""
+    with np.errstate(all="ignore"):  # damaged numbers may be of any size
+        return _contents(path, wanted, stream)
+
+
+def _contents(path: Path, wanted: Wanted, stream: str | None) -> FileContents:
+    log = read_ulog(path)
+    found = magnetometers(log)
+    if not found:
+        do = "log it (SDLOG_PROFILE), or give another log"
+        raise InputError("holds no samples of a magnetometer", where=str(path), do=do)
+    chosen = next((one for one in found if stream and one.name == stream.lower()), found[0])
+    motion, moved, read = motion_streams(log, chosen.sensor)
+    power, powered, used = power_streams(log)
+    others = channel_streams(log, used | read, wanted)
+    place, date = place_and_date(log)
+    vehicle = VehicleLog(
+        {one.name: one.stream for one in found},
+        others | power | motion,
+        (*_about(log), *chosen.notes, *(note for name, note in (moved | powered).items() if note and wanted(name))),
+        frame="frd",
+        place=place,
+        date=date,
+        applied={one.name: one.applied for one in found},
+    )
+    return vehicle.contents(path, wanted, stream)
+
+
+def _about(log: ULog) -> list[str]:
+    """Return notes of the release and of damage."""
+    notes = [f"PX4 {log.release}"] if log.release else []
+    if log.damaged:
+        notes.append(f"{log.damaged} damaged bytes skipped")
+    return [*notes, "the log is cut off: the last message is incomplete"] if log.cut else notes
+
+
+PX4 = FileFormat(
+    name="ULog",
+    suffixes=(".ulg",),
+    summary="a PX4 log",
+    recognises=_recognises,
+    read=_read,
+)
