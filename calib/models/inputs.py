@@ -19,7 +19,7 @@ from scenarios.arrays import Array
 
 Kind = Literal["battery", "motors", "throttle", "outputs", "temperature"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
-BATTERY = re.compile(r"bat(tery)?[^.]*([._]|\]\.)(curr(ent)?(_a|_battery)?|cur)", re.IGNORECASE)
+BATTERY = re.compile(r"bat(tery)?[^.]*([._]|\]\.)(curr(ent)?(_a)?|cur)", re.IGNORECASE)
 """A battery's current under a log's own name, such as BAT.Curr or battery_status.current_a."""
 LEAST_SPAN = 0.02
 """Change of an input, in parts of its size, below which its field cannot be told from the offset."""

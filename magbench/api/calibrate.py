@@ -132,7 +132,8 @@ def _write(results: Calibrations, place: Path, forms: Sequence[str], force: bool
     """Write calibration.json and exports; InputError for refused exports, after all other files are written."""
     from validation.calibrating.calibration_file import RefusedExportsError, write_calibrations
 
-    refused = write_calibrations(results, place, forms, force=force, unit=results.unit)
+    applied = results.recording.origin.applied
+    refused = write_calibrations(results, place, forms, force=force, unit=results.unit, applied=applied)
     if refused:
         raise RefusedExportsError(refused, results)
 

@@ -15,6 +15,7 @@ import calib
 from calib import Calibration
 from calib.models.scalar_terms import CHANNEL
 from recordings import read_recording, write_recording
+from recordings.applied import AppliedCalibration
 from recordings.files import system_errors_about, write_text
 from recordings.reading import Reading
 from scenarios.errors import InputError
@@ -37,13 +38,14 @@ def write_calibrations(
     *,
     force: bool = False,
     unit: OutputUnit | None = None,
+    applied: AppliedCalibration | None = None,
 ) -> tuple[str, ...]:
     """Write OUT/calibration.json, {name: calibration}, and each calibration in the export formats `forms`.
 
     Exports of several calibrations go to folders OUT/NAME/. force : see `export.exported`.
-    unit : of the C header and of a further file, calibration_in_UNIT.json. Returns a line for
-    each reason of refused exports; a refusal keeps back no other file. Raises InputError for a file that cannot be
-    written.
+    unit : of the C header and of a further file, calibration_in_UNIT.json. applied : what the autopilot of the log had
+    in force. Returns a line for each reason of refused exports; a refusal keeps back no other file. Raises InputError
+    for a file that cannot be written.
     """
     files = {FILE: json.dumps({k: calib.to_dict(c) for k, c in results.items()}, indent=1, allow_nan=False) + "\n"}
     if unit is not None:
@@ -54,7 +56,7 @@ def write_calibrations(
         folder = UNSAFE.sub("-", key) + "/" if len(results) > 1 else ""
         for form in forms:
             try:
-                name, text = exported(result, form, force=force, unit=unit)
+                name, text = exported(result, form, force=force, unit=unit, applied=applied)
             except InputError as error:
                 refused.setdefault(f"{key}: {error.what} ({error.do})", []).append(form)
                 _remove_earlier(out / folder / FORMATS[form].file)

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from calib import Calibration, Status
+from calib.input_terms import InputTerm
 from recordings import Recording
 from scenarios.errors import InputError
 from validation.calibrating.export import FORMATS, exported, known_forms
@@ -26,7 +27,7 @@ FRD = np.array([1.0, -1.0, -1.0])
 
 def parameters(form: str) -> dict[str, float]:
     text = exported(GOOD, form)[1]
-    return {name: float(value) for name, value in re.findall(r"([A-Z0-9_]+)[ ,](-?[0-9.]+)", text)}
+    return {name: float(value) for name, value in re.findall(r"([A-Z0-9_]+)[,\t](-?[0-9.]+)", text)}
 
 
 def symmetric(diagonal: list[float], xy: float, xz: float, yz: float) -> np.ndarray:
@@ -52,7 +53,7 @@ def test_ardupilot_adds_the_offset_in_milligauss() -> None:
 def test_ros_is_in_tesla() -> None:
     text = exported(GOOD, "ros")[1]
     rows = [[float(v) for v in row.split(",")] for row in re.findall(r"\[(.*)\]", text)]
-    np.testing.assert_allclose(1e9 * np.array(rows[1:]) @ (1e-9 * MEASURED_FLU_NT - rows[0]), TRUE_FLU_NT, atol=1e-3)
+    np.testing.assert_allclose(1e9 * np.array(rows[1:4]) @ (1e-9 * MEASURED_FLU_NT - rows[0]), TRUE_FLU_NT, atol=1e-3)
 
 
 def test_c_header_holds_the_numbers() -> None:
@@ -94,6 +95,33 @@ def test_firmware_with_the_c_header_corrects_as_apply_does(compiler: str, standa
     corrected_nT = np.array([line.split() for line in told.splitlines()], float)
     expected_nT = GOOD.apply(Recording(np.arange(100.0), measured_nT))
     np.testing.assert_allclose(corrected_nT, expected_nT, atol=0.05)  # single precision: 2^-24 of 60,000 nT, ten times
+
+
+WITH_INPUTS = PROGRAM.replace("float m[3], h[3];", "float m[3], h[3], p;").replace(
+    'scanf("%f %f %f", &m[0], &m[1], &m[2]) == 3) {',
+    'scanf("%f %f %f %f", &m[0], &m[1], &m[2], &p) == 4) {\n'
+    "        for (int j = 0; j < 3; j++) m[j] -= MAG_INPUT_GAINS_NT[0][j] * (p - MAG_INPUT_REFERENCES[0]);\n"
+    "        if (MAG_INPUTS != 1 || MAG_INPUT_LAGS_S[0] != 0.0f) return 1;",
+)
+
+
+def test_firmware_with_the_c_header_takes_off_the_field_of_the_throttle(tmp_path: Path) -> None:
+    if shutil.which("gcc") is None:
+        pytest.skip("there is no gcc")
+    term = InputTerm("throttle", np.array([900.0, -400.0, 1200.0]), 0.4)
+    powered = replace(GOOD, inputs=(term,))
+    name, text = exported(powered, "c")
+    (tmp_path / name).write_text(text)
+    (tmp_path / "main.c").write_text(WITH_INPUTS)
+    flags = ["-Wall", "-Wextra", "-pedantic", "-Werror", "-std=c99"]
+    subprocess.run(["gcc", *flags, str(tmp_path / "main.c"), "-o", str(tmp_path / "main")], check=True)
+    rng = np.random.default_rng(1)
+    measured_nT, throttle = rng.uniform(-60_000, 60_000, (100, 3)), rng.random(100)
+    lines = "".join(f"{x} {y} {z} {p}\n" for (x, y, z), p in zip(measured_nT, throttle, strict=True))
+    told = subprocess.run([str(tmp_path / "main")], input=lines, capture_output=True, text=True, check=True).stdout
+    log = Recording(np.arange(100.0), measured_nT, channels={"throttle": throttle})
+    corrected_nT = np.array([line.split() for line in told.splitlines()], float)
+    np.testing.assert_allclose(corrected_nT, powered.apply(log), atol=0.1)
 
 
 @pytest.mark.parametrize("form", ["px4", "ardupilot"])
