@@ -22,6 +22,7 @@ FLOORS = (
     {"scoring", "calibrating", "inspection", "cross_validation"},
     {"bound", "comparison", "rechecking"},
     {"gates", "planning"},
+    {"assessment"},
 )
 """The rooms of `validation`: numbers below, judgement above them."""
 SHARED = {"__init__.py", "policy.py", "text.py"}

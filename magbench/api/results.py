@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from reports.plots.style import Figure
     from reports.presentation.diagnosis import PresentedDiagnosis
     from reports.presentation.pooled import PresentedPool
+    from validation.assessment.assessment import Assessment
     from validation.calibrating.calibrator_entry import CalibratorEntry
     from validation.calibrating.output_unit import OutputUnit
     from validation.cross_validation.claimed_std import Claim
@@ -115,6 +116,17 @@ class Calibrations(dict[str, CalibrationResult]):
         from validation.cross_validation.claimed_std import claims_of
 
         return claims_of(self, self.recording, self.reference)
+
+    @cached_property
+    def assessment(self) -> Assessment:
+        """How good the calibrations are: heading error with interval, held-out strength, use, quality, trust."""
+        return self.assessed(None)
+
+    def assessed(self, tolerance_deg: float | None) -> Assessment:
+        """The assessment, with the answer whether the heading error is below a tolerance."""
+        from validation.assessment.assessment import assess
+
+        return assess(self, self.screening, self.reference, tolerance_deg)
 
 
 class RunResult(Outcome, Displayed):

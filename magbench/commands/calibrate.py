@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -16,6 +16,8 @@ from validation.calibrating.processes import TIME_LIMIT_S
 if TYPE_CHECKING:
     from magbench.api.results import Calibrations
     from recordings.reading import Reading
+    from validation.assessment.assessment import Assessment
+    from validation.cross_validation.claimed_std import Claim
     from validation.cross_validation.workflow import CrossValidation
 
 CalibrationOut = Annotated[Path | None, typer.Option("--out", "-o", help="Directory for calibration.json and exports.")]
@@ -31,6 +33,15 @@ UnitOut = Annotated[
         "--unit-out",
         metavar="UNIT",
         help="Offset and matrix also in uT, mG, ..., counts=NT_A_COUNT, or `log`: as --unit or --map states.",
+    ),
+]
+Tolerance = Annotated[
+    float | None,
+    typer.Option(
+        "--tolerance-deg",
+        metavar="T",
+        min=0.0,
+        help="Also answer whether the heading error on a level survey is below T: yes, no or undecidable at 95 %.",
     ),
 ]
 AskWorth = Annotated[
@@ -54,9 +65,10 @@ def command(
     force: Force = False,
     unit_out: UnitOut = None,
     worth: AskWorth = False,
+    tolerance_deg: Tolerance = None,
     json: Json = False,
 ) -> None:
-    """Calibrate a recording and print offset and matrix; without --with and --exec by sphere and ellipsoid.
+    """Calibrate a recording; print how good the result is, offset and matrix; by default by sphere and ellipsoid.
 
     A level turn is calibrated by planar too, and a log with x and y alone by planar.
 
@@ -94,29 +106,44 @@ def command(
         gains = cross_validation(
             found.recording, found.reference.strength_nT, field_enu_nT=found.reference.field_enu_nT
         )
-    _show(found, gains, json)
+    _show(found, gains, found.assessed(tolerance_deg), json)
     end_with(not_applicable(found) if named else [], refused)
 
 
-def _show(found: Calibrations, gains: Sequence[CrossValidation] | None, json: bool) -> None:
-    """The calibrations, faults of the sensor, claims that the legs contradict, and where asked the cross-validation."""
-    from calib import to_dict
+def _show(found: Calibrations, gains: Sequence[CrossValidation] | None, assessment: Assessment, json: bool) -> None:
+    """The verdict, the calibrations, faults of the sensor, contradicted claims, and where asked what is worth it."""
     from magbench.console import emit, show_text
     from magbench.tables import show_calibrations, show_in_unit
-    from validation.calibrating.output_unit import in_unit
-    from validation.cross_validation.summary import claim_lines, claim_summary, headline, summary
+    from validation.assessment.wording import lines
+    from validation.cross_validation.summary import claim_lines, headline
     from validation.screening.screening import screening_lines
 
     claims = found.claims()
     if json:
-        asked: dict[str, object] = {} if gains is None else {"worth": [summary(one) for one in gains]}
-        calibrations = {name: to_dict(result) for name, result in found.items()}
-        screening = found.screening.summary()
-        asked |= {"in_unit": in_unit(found, found.unit)} if found.unit else {}
-        emit({"calibrations": calibrations, "screening": screening, "claims": claim_summary(claims), **asked})
+        emit(_summary(found, gains, assessment, claims))
         return
+    show_text("\n".join(lines(assessment)) + "\n")
     show_calibrations(found)
     if found.unit:
         show_in_unit(found, found.unit)
     for line in (*screening_lines(found.screening), *claim_lines(claims), *(headline(one) for one in gains or ())):
         show_text(line)
+
+
+def _summary(
+    found: Calibrations,
+    gains: Sequence[CrossValidation] | None,
+    assessment: Assessment,
+    claims: Mapping[str, Claim],
+) -> dict[str, Any]:
+    """The JSON of `--json`."""
+    from calib import to_dict
+    from validation.assessment import wording
+    from validation.calibrating.output_unit import in_unit
+    from validation.cross_validation.summary import claim_summary, summary
+
+    told = {name: wording.calibration_summary(one) for name, one in assessment.calibrations.items()}
+    plain: dict[str, Any] = {"calibrations": {name: to_dict(result) | told[name] for name, result in found.items()}}
+    plain |= {"screening": found.screening.summary(), "claims": claim_summary(claims)} | wording.summary(assessment)
+    plain |= {} if gains is None else {"worth": [summary(one) for one in gains]}
+    return plain | ({"in_unit": in_unit(found, found.unit)} if found.unit else {})

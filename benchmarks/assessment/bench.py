@@ -1,0 +1,135 @@
+"""Assessments of simulated logs against their true heading errors: coverage, wrong answers, area under the curve."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from multiprocessing import get_context
+
+import numpy as np
+
+from benchmarks.assessment.logs import DISTURBANCES, MOTIONS, TUNING, SimulatedLog, log_of
+from benchmarks.measure import Row
+from calib import Reference, get
+from scenarios.arrays import Array
+from validation.assessment.assessment import assess
+from validation.assessment.evidence import CalibrationAssessment
+from validation.assessment.judgement import answer_of
+from validation.screening.screening import screen
+
+METHODS = ("sphere", "ellipsoid", "ml_geometric")
+RATIOS = tuple(np.geomspace(0.25, 4.0, 9))
+"""Asked tolerances over the stated heading error: where answers are difficult."""
+KNOWS_DIP = 0.5
+"""Probability that a log's field vector is stated; else the error is taken for the dip that is assumed."""
+LOW, HIGH, WRONG, APART = 0.93, 0.97, 0.05, 0.98
+"""Bars: coverage of the interval at least and at most, wrong yes and no, area under the curve of good against bad."""
+
+
+@dataclass(frozen=True)
+class Judged:
+    """An assessed calibration of a log. rank : share of the draws below the true error."""
+
+    seed: int
+    name: str
+    status: str
+    recommended: bool
+    true_deg: float
+    value_deg: float
+    rank: float
+    inside: bool
+    quality: str
+    trust: str
+    answers: tuple[tuple[str, bool], ...]
+    tags: tuple[str, ...]
+
+
+def judged(seed: int, bank: int = TUNING, only: str | None = None) -> list[Judged]:
+    """Return the assessed calibrations of the log of a seed."""
+    log = log_of(seed, only, bank)
+    reference = Reference(log.stated_nT)
+    if np.random.default_rng([bank, seed, 1]).random() < KNOWS_DIP:
+        scale = log.stated_nT / float(np.linalg.norm(log.world_nT))
+        east, north, up = (scale * log.world_nT).tolist()
+        reference = Reference.of_vector((east, north, up))
+    screening = screen(log.recording, reference)
+    fits = {name: get(name).fit(screening.recording, reference) for name in METHODS}
+    judged_fits = {name: screening.judged(fit) for name, fit in fits.items()}
+    found = assess(judged_fits, screening, reference)
+    every = (_judged(seed, log, one, one.name == found.recommended) for one in found.calibrations.values())
+    return [one for one in every if one is not None]
+
+
+def _judged(seed: int, log: SimulatedLog, one: CalibrationAssessment, recommended: bool) -> Judged | None:
+    """Return a calibration's record; the truth is for the dip that the assessment says its error is for."""
+    heading = one.heading
+    if heading is None:
+        return None
+    true = log.heading_rms_deg(one.fit.offset_nT, one.fit.matrix, heading.flight.dip_rad)
+    answers = tuple(
+        (answer_of(heading, ratio * heading.value)[0], bool(true < ratio * heading.value)) for ratio in RATIOS
+    )
+    return Judged(
+        seed,
+        one.name,
+        one.fit.status.kind,
+        recommended,
+        true,
+        heading.value,
+        float(np.mean(heading.drawn_deg < true)),
+        heading.low <= true <= heading.high,
+        one.quality,
+        one.trust.word,
+        answers,
+        (log.motion, heading.flight.source, *(log.disturbances or ("sound",)), f"trust {one.trust.word}"),
+    )
+
+
+def all_judged(logs: int, jobs: int = 1, bank: int = TUNING) -> list[Judged]:
+    """Return the assessed calibrations of a number of logs; as many processes as jobs."""
+    if jobs == 1:
+        found = [judged(seed, bank) for seed in range(logs)]
+    else:
+        with get_context("spawn").Pool(jobs) as pool:
+            found = pool.starmap(judged, [(seed, bank) for seed in range(logs)], chunksize=4)
+    return [one for log in found for one in log]
+
+
+def table(found: Sequence[Judged]) -> Iterator[str]:
+    """Yield the coverage of ok calibrations by method, motion, disturbance, dip and trust; shares below and above."""
+    usable = [one for one in found if one.status == "ok"]
+    groups = {"recommended": [one for one in found if one.recommended]}
+    groups |= {name: [one for one in usable if one.name == name] for name in METHODS}
+    groups |= {"not ok": [one for one in found if one.status != "ok"]}
+    best = groups["recommended"]
+    for tag in (*MOTIONS, "sound", *DISTURBANCES, *sorted({tag for one in best for tag in one.tags if " " in tag})):
+        groups.setdefault(tag, [one for one in best if tag in one.tags])
+    yield f"{'':24} {'logs':>5} {'inside':>7} {'below':>6} {'above':>6}"
+    for name, own in groups.items():
+        if own:
+            rank = np.array([one.rank for one in own])
+            inside = np.mean([one.inside for one in own])
+            yield f"{name:24} {len(own):5} {inside:7.3f} {np.mean(rank < 0.025):6.3f} {np.mean(rank > 0.975):6.3f}"
+
+
+def rows_of(found: Sequence[Judged]) -> Iterator[Row]:
+    """Yield the figures of the recommended calibrations against their bars."""
+    best = [one for one in found if one.recommended]
+    inside = float(np.mean([one.inside for one in best])) if best else None
+    of = f"of {len(best)} recommended calibrations"
+    yield Row("interval holds, at least", inside, LOW, True, of)
+    yield Row("interval holds, at most", inside, HIGH, False, of)
+    for answer, truth in (("yes", True), ("no", False)):
+        given = [below for one in best for said, below in one.answers if said == answer]
+        wrong = float(np.mean([below != truth for below in given])) if given else None
+        yield Row(f"wrong {answer}", wrong, WRONG, False, f"of {len(given)} at tolerances near the error")
+    good, bad = ([one.true_deg for one in found if one.quality == word] for word in ("good", "bad"))
+    yield Row("good told from bad, area", area(good, bad), APART, True, f"{len(good)} good, {len(bad)} bad")
+
+
+def area(low: Sequence[float], high: Sequence[float]) -> float | None:
+    """Return the probability that a value of `low` is below one of `high`; None where one is empty."""
+    if not low or not high:
+        return None
+    below: Array = np.array(low)[:, None] - np.array(high)[None]
+    return float(np.mean(below < 0) + np.mean(below == 0) / 2)

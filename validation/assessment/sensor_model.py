@@ -1,0 +1,125 @@
+"""Sensor model about a calibration, linear in offset, matrix and disturbances.
+
+m = s + sum_j d_j + v,  s = S h + b;  d_j: curves of the axes, and vectors that currents and a temperature scale
+
+With attitude and field vector h is known; else |h| = F, and only the misfit along a, the gradient of |h|, is seen.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from calib import Calibration, Reference
+from calib.models.ellipsoid import FULL_SLOTS, SYMMETRIC_SLOTS
+from calib.numerics.points import lengths
+from calib.numerics.rates import world_to_body
+from recordings import Recording
+from recordings.channels import THROTTLE
+from scenarios.arrays import Array
+from validation.assessment.policy import ASSESSMENT
+from validation.cross_validation.legs import LegPartition
+
+IRON, CURVES, MOTORS, WARMTH = "iron", "characteristic", "motors", "temperature"
+"""Groups of parameters."""
+CURVE_TERMS = 6
+"""Quadratic and cubic terms of the three axes."""
+
+
+@dataclass(frozen=True, eq=False)
+class SensorModel:
+    """The model about offset_nT b (3,) and S (3, 3); slots (k, 3, 3) of S.
+
+    Parameters: b, F times the entries of S, curves at full scale, and vectors for a unit rms change, all in nT.
+    vector : whether attitude and field vector are known. signals : group and standardised signal (n,) of disturbances.
+    """
+
+    offset_nT: Array
+    S: Array
+    slots: Array
+    reference: Reference
+    vector: bool
+    signals: tuple[tuple[str, Array], ...]
+
+    @classmethod
+    def about(cls, base: Calibration, recording: Recording, reference: Reference, *, vector: bool) -> SensorModel:
+        """Return the model about a calibration, with the currents and the temperature of its recording."""
+        slots = FULL_SLOTS if vector else SYMMETRIC_SLOTS
+        S = np.asarray(np.linalg.inv(base.matrix))
+        return cls(base.offset_nT, S, slots, reference, vector, signals_of(recording))
+
+    @property
+    def groups(self) -> tuple[str, ...]:
+        """Return the group of each parameter."""
+        return (
+            *(IRON,) * (3 + len(self.slots)),
+            *(CURVES,) * CURVE_TERMS,
+            *(group for group, _ in self.signals for _ in range(3)),
+        )
+
+    def squares(self, recording: Recording, legs: LegPartition) -> Array:
+        """Return the squares (legs, k + 1, k + 1) of columns and misfit in each leg."""
+        ends = np.flatnonzero(np.diff(legs.number)) + 1
+        parts = np.split(np.arange(len(recording)), ends)
+        taken = (self._rows(recording.taken(slice(part[0], part[-1] + 1)), part) for part in parts)
+        return np.array([rows.T @ rows for rows in (one.reshape(-1, self.width) for one in taken)])
+
+    @property
+    def width(self) -> int:
+        """Return the number of parameters, and one for the misfit."""
+        return len(self.groups) + 1
+
+    @property
+    def rows_per_sample(self) -> int:
+        """Return three for a known field vector, else one."""
+        return 3 if self.vector else 1
+
+    @property
+    def curve_scale(self) -> float:
+        """Return what S h is divided by in the curves c^2 and c^3, c within 1."""
+        return self.reference.strength_nT * float(np.linalg.norm(self.S, 2))
+
+    def _rows(self, part: Recording, samples: NDArray[np.intp]) -> Array:
+        """Return columns and misfit (n, r, k + 1) of some samples."""
+        along, misfit, h = self._known(part) if self.vector else self._of_strength(part)
+        entries = np.einsum("kij,nj->nik", self.slots, h / self.reference.strength_nT)
+        c = (h @ self.S.T / self.curve_scale)[:, None]
+        more = [along * values[samples, None, None] for _, values in self.signals]
+        columns = [along, along @ entries, along * c**2, along * c**3, *more, misfit[:, :, None]]
+        return np.concatenate(columns, axis=2)
+
+    def _of_strength(self, part: Recording) -> tuple[Array, Array, Array]:
+        """Return a / |a| (n, 1, 3), (|h| - F) / |a| (n, 1), and the field (n, 3) at the length F."""
+        A, F = np.linalg.inv(self.S), self.reference.strength_nT
+        h = (part.mag_nT - self.offset_nT) @ A.T
+        size = lengths(h)
+        unit = h / size[:, None]
+        a = unit @ A
+        gain = lengths(a)
+        return (a / gain[:, None])[:, None], ((size - F) / gain)[:, None], F * unit
+
+    def _known(self, part: Recording) -> tuple[Array, Array, Array]:
+        """Return the identity (n, 3, 3), m - b - S h (n, 3), and the known field (n, 3)."""
+        assert part.att_q is not None
+        h = world_to_body(part.att_q, np.array(self.reference.field_enu_nT))
+        axes = np.broadcast_to(np.eye(3), (len(h), 3, 3))
+        return axes, part.mag_nT - self.offset_nT - h @ self.S.T, h
+
+
+def signals_of(recording: Recording) -> tuple[tuple[str, Array], ...]:
+    """Return group and standardised signal (n,) of each motor current, else of the throttle, and of the temperature."""
+    currents = [] if recording.current_A is None else list(recording.current_A.T)
+    if not currents and THROTTLE in recording.channels:
+        currents = [recording.channels[THROTTLE]]
+    warmth = [] if recording.temperature_degC is None else [recording.temperature_degC]
+    named = [*((MOTORS, one) for one in currents), *((WARMTH, one) for one in warmth)]
+    return tuple((name, one) for name, values in named if (one := _standardised(values)) is not None)
+
+
+def _standardised(values: Array) -> Array | None:
+    """Return values (n,) less their mean over their rms change; None where they are constant or not finite."""
+    off = values - values.mean()
+    rms = float(np.sqrt(np.mean(off**2)))
+    return off / rms if np.isfinite(rms) and rms > ASSESSMENT.varies else None
