@@ -8,7 +8,7 @@ from multiprocessing import get_context
 
 import numpy as np
 
-from benchmarks.assessment.logs import DISTURBANCES, MOTIONS, TUNING, SimulatedLog, log_of
+from benchmarks.assessment.logs import TUNING, SimulatedLog, log_of
 from benchmarks.measure import Row
 from calib import Reference, get
 from scenarios.arrays import Array
@@ -22,6 +22,7 @@ RATIOS = tuple(np.geomspace(0.25, 4.0, 9))
 """Asked tolerances over the stated heading error: where answers are difficult."""
 KNOWS_DIP = 0.5
 """Probability that a log's field vector is stated; else the error is taken for the dip that is assumed."""
+BELOW, ABOVE = 0.025, 0.975
 LOW, HIGH, WRONG, APART = 0.93, 0.97, 0.05, 0.98
 """Bars: coverage of the interval at least and at most, wrong yes and no, area under the curve of good against bad."""
 
@@ -96,35 +97,45 @@ def all_judged(logs: int, jobs: int = 1, bank: int = TUNING) -> list[Judged]:
 
 
 def table(found: Sequence[Judged]) -> Iterator[str]:
-    """Yield the coverage of ok calibrations by method, motion, disturbance, dip and trust; shares below and above."""
-    usable = [one for one in found if one.status == "ok"]
-    groups = {"recommended": [one for one in found if one.recommended]}
-    groups |= {name: [one for one in usable if one.name == name] for name in METHODS}
-    groups |= {"not ok": [one for one in found if one.status != "ok"]}
-    best = groups["recommended"]
-    for tag in (*MOTIONS, "sound", *DISTURBANCES, *sorted({tag for one in best for tag in one.tags if " " in tag})):
-        groups.setdefault(tag, [one for one in best if tag in one.tags])
+    """Yield the share inside the interval, below and above, by method, and of the recommended by motion and so on."""
     yield f"{'':24} {'logs':>5} {'inside':>7} {'below':>6} {'above':>6}"
-    for name, own in groups.items():
-        if own:
-            rank = np.array([one.rank for one in own])
-            inside = np.mean([one.inside for one in own])
-            yield f"{name:24} {len(own):5} {inside:7.3f} {np.mean(rank < 0.025):6.3f} {np.mean(rank > 0.975):6.3f}"
+    for name, own in _groups(found).items():
+        rank = np.array([one.rank for one in own])
+        shares = (np.mean([one.inside for one in own]), np.mean(rank < BELOW), np.mean(rank > ABOVE)) if own else ()
+        yield f"{name:24} {len(own):5} " + " ".join(f"{share:6.3f}" for share in shares)
+
+
+def _groups(found: Sequence[Judged]) -> dict[str, list[Judged]]:
+    best = [one for one in found if one.recommended]
+    usable = [one for one in found if one.status == "ok"]
+    groups = {"recommended": best, "not ok": [one for one in found if one.status != "ok"]}
+    groups |= {name: [one for one in usable if one.name == name] for name in METHODS}
+    for one in best:
+        for tag in one.tags:
+            groups.setdefault(tag, []).append(one)
+    return groups
 
 
 def rows_of(found: Sequence[Judged]) -> Iterator[Row]:
     """Yield the figures of the recommended calibrations against their bars."""
     best = [one for one in found if one.recommended]
-    inside = float(np.mean([one.inside for one in best])) if best else None
+    inside = _share([one.inside for one in best])
     of = f"of {len(best)} recommended calibrations"
     yield Row("interval holds, at least", inside, LOW, True, of)
     yield Row("interval holds, at most", inside, HIGH, False, of)
     for answer, truth in (("yes", True), ("no", False)):
-        given = [below for one in best for said, below in one.answers if said == answer]
-        wrong = float(np.mean([below != truth for below in given])) if given else None
-        yield Row(f"wrong {answer}", wrong, WRONG, False, f"of {len(given)} at tolerances near the error")
-    good, bad = ([one.true_deg for one in found if one.quality == word] for word in ("good", "bad"))
+        wrong = [below != truth for one in best for said, below in one.answers if said == answer]
+        yield Row(f"wrong {answer}", _share(wrong), WRONG, False, f"of {len(wrong)} at tolerances near the error")
+    good, bad = (_errors(found, word) for word in ("good", "bad"))
     yield Row("good told from bad, area", area(good, bad), APART, True, f"{len(good)} good, {len(bad)} bad")
+
+
+def _errors(found: Sequence[Judged], quality: str) -> list[float]:
+    return [one.true_deg for one in found if one.quality == quality]
+
+
+def _share(held: Sequence[bool]) -> float | None:
+    return float(np.mean(held)) if held else None
 
 
 def area(low: Sequence[float], high: Sequence[float]) -> float | None:
