@@ -28,9 +28,14 @@ MOST_TONES = 8
 
 def draw_coverage(data: SensorData) -> Figure:
     """Draw the directions of the field in the body frame on two discs of equal area: cells with samples, and points."""
-    figure, axes = panels(5.2, 1, 2)
     corrected = data.corrected_nT
-    seen = directions(data.series.mag_nT if corrected is None else corrected)
+    return draw_directions(data.series.mag_nT if corrected is None else corrected)
+
+
+def draw_directions(field_nT: Array) -> Figure:
+    """Draw the directions of fields (n, 3) on two discs of equal area: cells with samples, and points."""
+    figure, axes = panels(5.2, 1, 2)
+    seen = directions(field_nT)
     entered = np.zeros(cells().total, np.bool_)
     entered[cells().index(seen)] = True
     for axis, sign, title in zip(axes, (1, -1), ("upper half, +z", "lower half, −z"), strict=True):

@@ -29,6 +29,7 @@ from papers.zhou2012.trials import ZhouTask, stops
 from papers.zhou2012.trials import search_trial as zhou_trial
 from reports.plots import (
     bound,
+    calibration,
     channel_curves,
     comparison,
     diagnosis,
@@ -39,6 +40,7 @@ from reports.plots import (
     motion,
     plan,
     pooled,
+    recording,
 )
 from reports.presentation.channel_curves import channel_curves as curves_of
 from reports.presentation.diagnosis import PresentedDiagnosis
@@ -152,10 +154,17 @@ def zhang_drift() -> DriftTrial:
     return DriftTrial(values, values, {})
 
 
+def before_after() -> tuple[Any, Any, Any, float]:
+    """Times, raw field, half of it for the corrected one, and a strength."""
+    measured = outcome().recording
+    return measured.time_s, measured.mag_nT, 0.5 * measured.mag_nT, 5e4
+
+
 EXAMPLES: dict[str, Callable[[], Figure]] = {
     "bound.draw_offset": lambda: bound.draw_offset(what_if()),
     "bound.draw_components": lambda: bound.draw_components(what_if().answers[-1]),
     "bound.draw_score_bounds": lambda: bound.draw_score_bounds(what_if()),
+    "calibration.draw_strength_before_after": lambda: calibration.draw_strength_before_after(*before_after()),
     "channel_curves.draw_curves": lambda: channel_curves.draw_curves(CURVES),
     "comparison.draw_over": lambda: comparison.draw_over(table(), SCORE, "effects.white_noise.std_nT"),
     "comparison.draw_distributions": lambda: comparison.draw_distributions(table(), SCORE, 0),
@@ -173,6 +182,7 @@ EXAMPLES: dict[str, Callable[[], Figure]] = {
     "field.draw_residuals": lambda: field.draw_residuals(outcome()),
     "gates.draw_gate_course": lambda: gates.draw_gate_course(gate()),
     "inspection.draw_coverage": lambda: inspection.draw_coverage(log()),
+    "inspection.draw_directions": lambda: inspection.draw_directions(outcome().recording.mag_nT),
     "inspection.draw_strength": lambda: inspection.draw_strength(log()),
     "inspection.draw_residual": lambda: inspection.draw_residual(log()),
     "inspection.draw_spectrum": lambda: inspection.draw_spectrum(log()),
@@ -185,6 +195,7 @@ EXAMPLES: dict[str, Callable[[], Figure]] = {
     "plan.draw_design": lambda: plan.draw_design(flight_plan()),
     "pooled.draw_coefficients": lambda: pooled.draw_coefficients(presented(), presented().common[0]),
     "pooled.draw_gaps": lambda: pooled.draw_gaps(presented()),
+    "recording.draw_recording": lambda: recording.draw_recording(outcome().recording),
     "ding2021.convergence_figure": lambda: ding2021.convergence_figure(Histories()),
     "ding2021.tensor_figure": ding2021.tensor_figure,
     "li2017.parameter_figure": lambda: li2017.parameter_figure(simulated(0, 600)),

@@ -23,6 +23,7 @@ PICTURES = {
     "field.draw_clouds": "SubFigure",
     "field.draw_sphere": "SubFigure",
     "inspection.draw_coverage": "without frame",
+    "inspection.draw_directions": "without frame",
     "motion.draw_path": "3d",
 }
 """Plots that a page shows as a picture, and what of them plotly cannot draw."""

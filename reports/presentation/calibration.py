@@ -1,0 +1,176 @@
+"""Presentation of calibrations of a recording: the answer, figures with intervals, and where the residual is large."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+
+from calib import Calibration, Reference
+from calib.result import OFFSET_NAMES
+from recordings import Recording
+from validation.calibrating.residual_parts import by_channel, by_phase, strength_residual
+from validation.text import figure, sentence, short
+
+NORMAL_95 = 1.96
+"""Half of the 95 % interval in standard deviations."""
+MOST_CHANNELS = 6
+PHASE_HEADS = ("phase", "samples", "mean, nT", "rms, nT")
+CHANNEL_HEADS = ("channel", "share of the residual's variance, %", "nT a unit")
+CAUSE_HEADS = ("cause", "heading error, °")
+Tile = tuple[str, str, str]
+Row = tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class PresentedFit:
+    """A calibration's figures as texts: offset with the half of its 95 % interval, matrix by rows, errors."""
+
+    name: str
+    status: str
+    reason: str
+    heading: str
+    strength: Row
+    offset: Row
+    matrix: tuple[Row, ...]
+
+    @classmethod
+    def of(cls, name: str, fit: Calibration, assessed: Mapping[str, Any]) -> Self:
+        """Describe a calibration; assessed : its part of an assessment's summary, empty for none."""
+        rms = assessed.get("strength_rms") or {}
+        return cls(
+            name=name,
+            status=fit.status.kind.replace("_", " "),
+            reason=sentence(fit.status.reason) if fit.status.reason else "",
+            heading=interval(assessed.get("heading_error_deg")),
+            strength=(_figure(rms.get("before")), _figure(rms.get("after_held_out"))),
+            offset=tuple(_offset(fit)),
+            matrix=tuple(_matrix(fit)),
+        )
+
+
+@dataclass(frozen=True)
+class PresentedCalibrations:
+    """What page, terminal and notebook show of the calibrations of a recording.
+
+    Parameters
+    ----------
+    best : the calibration that figures and residual are of; None where no fit has an estimate.
+    phases, channels : rows of PHASE_HEADS and CHANNEL_HEADS. causes : rows of CAUSE_HEADS, where a tolerance was asked.
+    """
+
+    title: str
+    headline: str
+    doubts: tuple[str, ...]
+    tiles: tuple[Tile, ...]
+    fits: tuple[PresentedFit, ...]
+    best: str | None
+    tolerance: str
+    causes: tuple[Row, ...]
+    phases: tuple[Row, ...]
+    channels: tuple[Row, ...]
+    notes: tuple[str, ...]
+
+    @classmethod
+    def of(
+        cls,
+        title: str,
+        results: Mapping[str, Calibration],
+        recording: Recording,
+        reference: Reference,
+        assessed: Mapping[str, Any],
+        best: str | None,
+        headline: str,
+        doubts: Sequence[str] = (),
+    ) -> Self:
+        """Compute all texts; assessed : an assessment's summary, with `calibrations` by name."""
+        parts = assessed.get("calibrations", {})
+        residual = None if best is None else strength_residual(results[best], _of_sensor(recording, best), reference)
+        return cls(
+            title=title,
+            headline=headline,
+            doubts=tuple(doubts),
+            tiles=tuple(_tiles(assessed, parts.get(best, {}))),
+            fits=tuple(PresentedFit.of(name, fit, parts.get(name, {})) for name, fit in results.items()),
+            best=best,
+            tolerance=_tolerance(assessed.get("tolerance")),
+            causes=_causes(assessed.get("tolerance")),
+            phases=() if residual is None else _phases(residual, recording),
+            channels=() if residual is None else _channels(residual, recording),
+            notes=recording.origin.notes,
+        )
+
+
+def interval(found: Mapping[str, float | None] | None, unit: str = "°") -> str:
+    """Return "1.2° [0.9, 1.7]" for a value with its 95 % interval; a dash for none."""
+    if not found or found.get("value") is None:
+        return "–"
+    ends = [figure(float(found[end]), 2) for end in ("low", "high") if found.get(end) is not None]  # type: ignore[arg-type]
+    return f"{figure(float(found['value'] or 0.0), 2)}{unit}" + (f" [{', '.join(ends)}]" if ends else "")
+
+
+def _of_sensor(recording: Recording, key: str) -> Recording:
+    _, _, sensor = key.partition("@")
+    return recording.sensor(int(sensor) - 1) if sensor and recording.array_mag_nT is not None else recording
+
+
+def _figure(value: float | None) -> str:
+    return "–" if value is None else figure(float(value))
+
+
+def _offset(fit: Calibration) -> list[str]:
+    """Return x, y and z of the offset with the half of the 95 % interval, nT; dashes without an estimate."""
+    if not fit.has_estimate:
+        return ["–"] * 3
+    std = () if fit.covariance is None else np.diag(fit.covariance) ** 0.5
+    wide = dict(zip(fit.covariance_names, std, strict=False))
+    texts = []
+    for name, value in zip(OFFSET_NAMES, fit.offset_nT, strict=True):
+        known = name in wide or fit.determines_z or name != OFFSET_NAMES[2]
+        half = f" ± {figure(NORMAL_95 * float(wide[name]), 2)}" if name in wide else ""
+        texts.append(f"{figure(float(value), 5)}{half}" if known else "–")
+    return texts
+
+
+def _matrix(fit: Calibration) -> list[Row]:
+    return [tuple(f"{value:.5f}" for value in row) for row in fit.matrix] if fit.has_estimate else []
+
+
+def _tiles(assessed: Mapping[str, Any], best: Mapping[str, Any]) -> list[Tile]:
+    """Return value, unit and label of the figures at the top of the page."""
+    rms, coverage = best.get("strength_rms") or {}, best.get("coverage")
+    tiles = [(interval(best.get("heading_error_deg")), "", "heading error on a level survey, rms, 95 % interval")]
+    if rms.get("before") is not None and rms.get("after_held_out") is not None:
+        change = f"{figure(rms['before'])} → {figure(rms['after_held_out'])}"
+        tiles.append((change, "nT", "strength's rms deviation, before and on held-out legs"))
+    words = (("quality", "quality"), ("trust", "trust"), ("use", "what to use"))
+    tiles += [(str(assessed[key]), "", label) for key, label in words if assessed.get(key)]
+    if coverage is not None:
+        tiles.append((figure(100 * float(coverage), 2), "%", "of the sphere's directions seen"))
+    return tiles
+
+
+def _tolerance(found: Mapping[str, Any] | None) -> str:
+    """Return the answer to a tolerance, and what to fly where it is undecidable."""
+    if not found:
+        return ""
+    leg = found.get("next_leg")
+    text = leg.get("text", "") if isinstance(leg, Mapping) else leg or ""
+    return sentence(f"{found['answer']}{': ' + str(text) if text else ''}")
+
+
+def _causes(found: Mapping[str, Any] | None) -> tuple[Row, ...]:
+    causes = {name: value for name, value in ((found or {}).get("causes") or {}).items() if value is not None}
+    return tuple((name.replace("_", " "), figure(float(value), 2)) for name, value in causes.items())
+
+
+def _phases(residual: Any, recording: Recording) -> tuple[Row, ...]:
+    parts = by_phase(residual, recording)
+    return tuple((one.phase, f"{one.samples:,}", figure(one.mean_nT), figure(one.rms_nT)) for one in parts)
+
+
+def _channels(residual: Any, recording: Recording) -> tuple[Row, ...]:
+    parts = by_channel(residual, recording)[:MOST_CHANNELS]
+    return tuple((one.channel, figure(100 * one.share, 2), short(one.slope_nT)) for one in parts)
