@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Self
 
@@ -17,6 +17,7 @@ from diagnosis.problem.linear import LinearProblem
 from diagnosis.problem.relative import BY_MODEL, needs_field
 from diagnosis.sources import Source
 from recordings import Recording
+from recordings.channels import may_be_cause
 from scenarios.arrays import Array
 from scenarios.errors import errors_relocated
 from sim.scenario import Model, ModelSpec, load_model
@@ -57,7 +58,8 @@ class Question:
     def recording(self, source: Source) -> Recording:
         """The recording of one sensor, with its reference sensor and actuators; InputError for bad files and names."""
         whole = one_sensor(source.read().in_nT(str(source.place)), source.sensor, source.reference_sensor, source.place)
-        return with_actuators(whole, self.actuators, source.place)
+        kept = {name: x for name, x in whole.channels.items() if may_be_cause(name) or name in self.actuators}
+        return with_actuators(replace(whole, channels=kept), self.actuators, source.place)
 
     def known_field(self, source: Source, recording: Recording) -> Field:
         """The reference of a recording; both None where the model or a second magnetometer gives the field."""

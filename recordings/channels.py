@@ -26,6 +26,23 @@ LATITUDE, LONGITUDE, ALTITUDE = "latitude_deg", "longitude_deg", "altitude_m"
 THROTTLE, BATTERY_VOLTAGE, ARMED = "throttle", "battery_voltage_V", "armed"
 """The channels of the collective thrust command (0 to 1), of the battery's voltage, and of the armed state (0 or 1)."""
 
+BOOKKEEPING = re.compile(
+    r"time|usec|stamp|count|reset|covarian|varianc|innov|estimator|(^|\W)(ekf|[xn]k[a-z0-9]*|dsf|pm|tsyn)\W|crc|checksum"
+    r"|(^|[\W_])(seq|valid|id)([\W_]|$)|_valid|device"
+)
+"""Lower-case names of an autopilot's clocks, counters, and what its estimator says of its own errors."""
+OF_MAGNETOMETER = re.compile(r"(^|[\W_])(uncal)?mag(adc)?([\W_x-z]|netic|netometer|$)|compass")
+"""Lower-case names of what a magnetometer gave."""
+
+
+def may_be_cause(name: str) -> bool:
+    """Return whether a channel's name allows that it disturbs a magnetometer, or goes with what does.
+
+    Not so: clocks, counters, an estimator's own figures, and what a magnetometer measured.
+    """
+    low = name.lower()
+    return name in REFERENCE or not (BOOKKEEPING.search(low) or OF_MAGNETOMETER.search(low))
+
 
 def motor_output_name(motor: int) -> str:
     """Return the channel of a motor's command (0 to 1), motors counted from 1."""

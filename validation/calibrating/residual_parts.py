@@ -9,6 +9,7 @@ import numpy as np
 from calib import Calibration, Reference
 from recordings import Recording
 from recordings.assemble import scalars_of
+from recordings.channels import may_be_cause
 from scenarios.arrays import Array
 
 LEAST_SHARE = 0.02
@@ -60,7 +61,8 @@ def by_channel(residual_nT: Array, recording: Recording) -> tuple[ChannelResidua
     r_i - rho r_i-1 and c_i - rho c_i-1, rho the residual's correlation from sample to sample, go together too: more
     than when one of them is shifted by more than SHIFT of the recording, in all but BY_CHANCE of the shifts.
     """
-    found = (_followed(residual_nT, name, values) for name, values in scalars_of(recording).items())
+    causes = ((name, values) for name, values in scalars_of(recording).items() if may_be_cause(name))
+    found = (_followed(residual_nT, name, values) for name, values in causes)
     return tuple(sorted((one for one in found if one is not None), key=lambda one: -one.share))
 
 
