@@ -7,6 +7,7 @@ from itertools import combinations
 import numpy as np
 
 from calib.numerics.noise import white_noise_std
+from calib.numerics.points import mean_and_spread
 from recordings import Recording
 from scenarios.arrays import Array
 from validation.policy import POLICY
@@ -19,13 +20,21 @@ def alike(recording: Recording) -> list[Fault]:
     mag_nT, found = recording.mag_nT, []
     if len(mag_nT) < POLICY.least_rows:
         return []
+    spreads = mean_and_spread(np.ascontiguousarray(mag_nT))[1]
     for one, other in combinations(range(3), 2):
+        if not _follow(spreads[one, one], spreads[other, other], spreads[one, other]):
+            continue
         x, y = mag_nT[:, one], mag_nT[:, other]
         rest, spread = min(float(np.std(x - y)), float(np.std(x + y))), float(np.std(x))
         if spread > POLICY.alike_motion * max(rest, 1e-300) and _as_noise(mag_nT[:, [one, other]], rest, spread):
             text = f"axes {AXES[one]} and {AXES[other]} measure the same: check columns and wiring"
             found.append(Fault("alike", text, np.zeros(len(mag_nT), np.bool_), "none", doubtful=True))
     return found
+
+
+def _follow(one: float, other: float, both: float) -> bool:
+    """Return whether two axes of these variances and covariance differ, or add up, to less than twice the limit."""
+    return bool(one + other - 2 * abs(both) < (2 / POLICY.alike_motion) ** 2 * one)
 
 
 def _as_noise(pair: Array, rest: float, spread: float) -> bool:
@@ -39,7 +48,7 @@ def unwired(recording: Recording) -> list[Fault]:
     mag_nT, found = recording.mag_nT, []
     if len(mag_nT) < POLICY.least_rows:
         return []
-    spread = mag_nT.std(axis=0)
+    spread = np.sqrt(np.diag(mean_and_spread(np.ascontiguousarray(mag_nT))[1]))
     for axis in range(3):
         if POLICY.unwired_motion * spread[axis] >= np.delete(spread, axis).min():
             continue

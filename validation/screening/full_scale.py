@@ -11,21 +11,22 @@ from validation.policy import POLICY
 from validation.screening.fault import AXES, Fault, Mask
 from validation.signals.faults import STENCIL, PileUp, pile_up
 from validation.signals.lattice import find_lattice
+from validation.signals.scans import extremes
 from validation.text import counted, figure, listed
 
 
 def full_scale(recording: Recording) -> list[Fault]:
     """Return the rows in which an axis is at a full scale; the level of an axis counts at both ends of every axis."""
     mag_nT = recording.mag_nT
-    ends = np.r_[mag_nT == mag_nT.min(axis=0), mag_nT == mag_nT.max(axis=0)]
-    if ends.sum(axis=0).max() < POLICY.least_at_level:
+    found = extremes(mag_nT)
+    if (found.low_count + found.high_count).max() < POLICY.least_at_level:
         return []
-    found = pile_up(mag_nT, tuple(find_lattice(axis) for axis in mag_nT.T))
-    if not found:
+    piles = pile_up(mag_nT, tuple(find_lattice(axis) for axis in mag_nT.T))
+    if not piles:
         return []
-    rows = at_full_scale(recording, found)
-    ends = [f"{AXES[one.axis]} at {figure(one.level, 6)} nT ({counted(one.count, 'sample')})" for one in found]
-    detail = tuple({"axis": AXES[p.axis], "side": p.side, "level_nT": p.level, "samples": p.count} for p in found)
+    rows = at_full_scale(recording, piles)
+    ends = [f"{AXES[one.axis]} at {figure(one.level, 6)} nT ({counted(one.count, 'sample')})" for one in piles]
+    detail = tuple({"axis": AXES[p.axis], "side": p.side, "level_nT": p.level, "samples": p.count} for p in piles)
     return [Fault("full_scale", f"saturated, cut off at full scale: {listed(ends)}", rows, detail=detail)]
 
 

@@ -10,6 +10,7 @@ from scenarios.arrays import Array
 from validation.policy import POLICY
 from validation.screening.fault import AXES, Fault
 from validation.signals.intervals import gaps_after
+from validation.signals.scans import largest_antisymmetric
 from validation.text import counted, duration, figure
 
 NORMAL_HALF = 0.6745
@@ -26,9 +27,9 @@ def offset_steps(recording: Recording) -> list[Fault]:
     """Return steps that neither a smooth course nor a turn explains; motor currents that are logged may explain any."""
     if recording.current_A is not None or len(recording) < POLICY.few_samples:
         return []
-    mag_nT, gaps, found = recording.mag_nT, gaps_after(recording.time_s), []
-    for axis, column in enumerate(mag_nT.T):
-        steps = [one for one in _steps(column, gaps) if _two_offsets(mag_nT, one[0] + 1)]
+    mag_nT, found = recording.mag_nT, []
+    for axis, column in enumerate(np.ascontiguousarray(mag_nT.T)):
+        steps = [one for one in _steps(column, recording.time_s) if _two_offsets(mag_nT, one[0] + 1)]
         if steps:
             at, height = max(steps, key=lambda one: abs(one[1]))
             time = duration(float(recording.time_s[at + 1] - recording.time_s[0]))
@@ -68,13 +69,19 @@ def _fitted(column: Array) -> Array:
     return np.correlate(column, _functional(), "valid")
 
 
-def _steps(column: Array, gaps: NDArray[np.intp]) -> list[tuple[int, float]]:
+def _ordinary(column: Array) -> bool:
+    """Return whether no step of an axis (n,) is larger than noise gives, by the overall noise."""
+    part = np.lib.stride_tricks.sliding_window_view(column, 2 * SIDE)[:: max(1, len(column) // LARGE)]
+    usual = float(np.median(np.abs(part @ _functional()))) / NORMAL_HALF
+    return largest_antisymmetric(column, -_functional()[SIDE - 1 :: -1]) <= POLICY.step_sigma * usual
+
+
+def _steps(column: Array, time_s: Array) -> list[tuple[int, float]]:
     """Return the samples before a step, and the heights: what is left after the step is taken out is ordinary."""
-    fitted = _fitted(column)
-    size = np.abs(fitted)
-    part = size[:: max(1, len(size) // LARGE)]
-    if size.max() <= POLICY.step_sigma * np.median(part) / NORMAL_HALF:
+    if _ordinary(column):
         return []
+    fitted, gaps = _fitted(column), gaps_after(time_s)
+    size = np.abs(fitted)
     limit = POLICY.step_sigma * _local_scale(size)
     found: list[tuple[int, float]] = []
     near_gap = np.zeros(len(fitted), np.bool_)

@@ -8,7 +8,6 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib import Calibration, Reference, Status
 from recordings import Recording
@@ -97,13 +96,13 @@ def _screened(
     recording: Recording, sensor: int | None, screens: Sequence[Screen]
 ) -> tuple[Mask, Array, tuple[Fault, ...]]:
     """Return rows to keep (n,), the field (n, 3) with mended values, and the faults of a magnetometer."""
-    kept, mag_nT = np.arange(len(recording)), recording.mag_nT
+    keep, mag_nT = np.ones(len(recording), np.bool_), recording.mag_nT
     found: list[Fault] = []
     for look in screens:
-        if len(kept) < POLICY.least_kept:
+        if np.count_nonzero(keep) < POLICY.least_kept:
             break
-        part = replace(recording, mag_nT=mag_nT)
-        for fault in look(_taken(part, _marked(kept, len(recording)))):
+        for fault in look(_taken(replace(recording, mag_nT=mag_nT), keep)):
+            kept = np.flatnonzero(keep)
             if fault.mended_nT is not None:
                 mag_nT = mag_nT.copy()
                 mag_nT[kept] = fault.mended_nT
@@ -113,14 +112,8 @@ def _screened(
             found.append(fault.among(kept, len(recording)))
         for fault in found:
             if fault.remedy == "left out":
-                kept = kept[~fault.rows[kept]]
-    return _marked(kept, len(recording)), mag_nT, tuple(found)
-
-
-def _marked(kept: NDArray[np.intp], total: int) -> Mask:
-    mask = np.zeros(total, np.bool_)
-    mask[kept] = True
-    return mask
+                keep = keep & ~fault.rows
+    return keep, mag_nT, tuple(found)
 
 
 def _left_in(fault: Fault) -> Fault:

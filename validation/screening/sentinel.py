@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from operator import itemgetter
+
 import numpy as np
 
 from recordings import Recording
 from scenarios.arrays import Array
 from validation.policy import POLICY
 from validation.screening.fault import AXES, Fault, Mask
+from validation.signals.scans import extremes, zero_rows
 from validation.text import counted, figure, listed
 
 CODES = ("99999", "9999", "999", "88888", "32767", "32768", "65535", "2147483647", "2147483648")
@@ -19,10 +22,10 @@ MOST = 4
 def sentinels(recording: Recording) -> list[Fault]:
     """Return the rows with a value far from all others that occurs again or has the digits of a known code."""
     mag_nT = recording.mag_nT
-    rows: Mask = np.asarray(~mag_nT.any(axis=1))
+    rows: Mask = np.asarray(~mag_nT.any(axis=1)) if zero_rows(mag_nT) else np.zeros(len(mag_nT), np.bool_)
     parts = [f"0 on all axes ({counted(int(rows.sum()), 'row')})"] if rows.any() else []
     for axis, column in enumerate(mag_nT.T):
-        for value in _isolated(column[~rows]):
+        for value in _isolated(column[~rows] if rows.any() else np.ascontiguousarray(column)):
             equal = column == value
             parts.append(f"{figure(value, 6)} nT on {AXES[axis]} ({counted(int(equal.sum()), 'row')})")
             rows |= equal
@@ -36,9 +39,7 @@ def _isolated(column: Array) -> list[float]:
     found: list[float] = []
     rest = column
     while len(found) < MOST and len(rest) > POLICY.least_codes:
-        high, low = _end(rest), _end(-rest)
-        value, gap, often = max((high, (-low[0], *low[1:])), key=lambda end: end[1])
-        span = float(np.ptp(rest)) - gap
+        value, gap, often, span = _end(rest)
         if not gap or gap < POLICY.sentinel_gap * span or not _stands_for_nothing(value, gap, often, column):
             break
         found.append(value)
@@ -46,12 +47,13 @@ def _isolated(column: Array) -> list[float]:
     return found
 
 
-def _end(column: Array) -> tuple[float, float, int]:
-    """Return the greatest value of an axis (n,), its distance to the next, and how often it occurs."""
-    value = float(column.max())
-    below = column[column < value]
-    gap = value - float(below.max()) if len(below) else 0.0
-    return value, gap, len(column) - len(below)
+def _end(column: Array) -> tuple[float, float, int, float]:
+    """Return the extreme value of an axis (n,) that is further from the next, this gap, how often, and others' span."""
+    low, next_low, low_count, high, next_high, high_count = (ends[0] for ends in extremes(column[:, None]))
+    if low == high:
+        return float(high), 0.0, int(high_count), 0.0
+    gap, value, often = max((high - next_high, high, high_count), (next_low - low, low, low_count), key=itemgetter(0))
+    return float(value), float(gap), int(often), float(high - low - gap)
 
 
 def _stands_for_nothing(value: float, gap: float, often: int, column: Array) -> bool:

@@ -13,6 +13,7 @@ from validation.screening.fault import AXES, Fault
 from validation.screening.full_scale import near_end
 from validation.signals.intervals import gaps_after
 from validation.signals.lattice import find_lattice
+from validation.signals.scans import extremes, largest_steps
 from validation.text import counted, figure
 
 BITS = range(8, 33)
@@ -21,8 +22,10 @@ BITS = range(8, 33)
 
 def wrapped(recording: Recording) -> list[Fault]:
     """Return the rows in which an axis has wrapped: unwrapped where the period is known, else left out."""
-    found, mag_nT, gaps = [], recording.mag_nT, gaps_after(recording.time_s)
-    for axis in range(3):
+    found, mag_nT = [], recording.mag_nT
+    suspects = np.flatnonzero(_may_wrap(mag_nT))
+    gaps = gaps_after(recording.time_s) if len(suspects) else np.zeros(0, np.intp)
+    for axis in suspects:
         jumps = _jumps(mag_nT[:, axis], gaps)
         if len(jumps):
             found.append(_fault(mag_nT, axis, jumps))
@@ -49,6 +52,12 @@ def _fault(mag_nT: Array, axis: int, jumps: NDArray[np.intp]) -> Fault:
     mended = mag_nT.copy()
     mended[:, axis] += turn * period
     return Fault("wrapped", f"{text}: integers of {bits} bits that overflow", turn != 0, "unwrapped", False, mended)
+
+
+def _may_wrap(mag_nT: Array) -> NDArray[np.bool_]:
+    """Return the axes (3,) with a step as large as a wrap: nearly the whole range, where usual steps are small."""
+    ends = extremes(mag_nT)
+    return np.asarray(largest_steps(mag_nT) > (1 - POLICY.wrap_ends * POLICY.wrap_smooth) * (ends.high - ends.low))
 
 
 def _usual(step: Array) -> float:

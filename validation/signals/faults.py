@@ -12,6 +12,7 @@ from calib.numerics.noise import white_noise_std
 from scenarios.arrays import Array
 from validation.policy import POLICY
 from validation.signals.lattice import Lattice, find_lattice
+from validation.signals.scans import RunCounts, run_counts
 
 Mask = NDArray[np.bool_]
 NOISE_WINDOW = 256
@@ -57,18 +58,32 @@ def repeats(values: Array) -> Repeats:
     """
     if len(values) < 2:
         return Repeats(0, 1, ())
+    counts = run_counts(values)
+    if _by_chance(counts):
+        return Repeats(len(values) - counts.runs, 1, ())
     first, length = runs(values)
     hold = int(np.median(length))
     longer = length > hold
     excess = length - hold
-    chance = np.clip(np.mean(longer), 1 / len(length), 0.999)
-    frozen = longer & (np.log(len(length)) + excess * np.log(chance) < np.log(POLICY.frozen_alarm))
+    frozen = longer & _no_chance(excess, float(np.mean(longer)), len(length))
     if frozen.any() and _ties(values[first]) > POLICY.tie_free:
         frozen &= _jumps_after(values, first, length) | (
             length >= _longest_by_noise(values, first[frozen], length[frozen])
         )
     found = tuple((int(f), int(c)) for f, c in zip(first[frozen], length[frozen], strict=True))
     return Repeats(len(values) - len(first), hold, found)
+
+
+def _by_chance(counts: RunCounts) -> bool:
+    """Return whether most runs are of a single row, and chance explains the longest."""
+    single = 2 * counts.single > counts.runs
+    return single and not _no_chance(np.array(counts.longest - 1), 1.0 - counts.single / counts.runs, counts.runs)
+
+
+def _no_chance(excess: NDArray[np.int64], share: float, runs: int) -> Mask:
+    """Return where a run is longer than the median by more rows than chance allows, by the share of longer runs."""
+    chance = np.clip(share, 1 / runs, 0.999)
+    return np.asarray(np.log(runs) + excess * np.log(chance) < np.log(POLICY.frozen_alarm))
 
 
 def runs(values: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

@@ -7,12 +7,13 @@ import numpy as np
 from scenarios.arrays import Array
 from validation.policy import POLICY
 from validation.signals.faults import repeats, runs
+from validation.signals.scans import run_counts
 
 
 def stale(values: Array) -> bool:
     """Return whether rows of values (n, k) repeat because the column is slower, not because the value is constant."""
-    if len(values) < POLICY.least_rate_rows:
-        return False
+    if len(values) < POLICY.least_rate_rows or 1.0 - run_counts(values).runs / len(values) < POLICY.stale_share:
+        return False  # fewer still without the frozen rows
     for first, rows in reversed(repeats(values).frozen):
         values = np.delete(values, np.s_[first + 1 : first + rows], axis=0)
     _, length = runs(values)
