@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from calib.models.response import Response, of_strength, of_vector, strength_rows
 from calib.numerics.colour import few_factor, inflation
 from calib.numerics.flicker import flicker_covariance, flicker_power
-from calib.numerics.points import lengths
+from calib.numerics.points import lengths, strengths
 from calib.numerics.rates import world_to_body
 from calib.observability import Extent, covariance_status, planar_status, unobservable
 from calib.reference import Reference
@@ -30,6 +31,33 @@ NEGATIVE = -1e-3
 """Smallest eigenvalue of the correlations of a valid covariance; rounding stays above."""
 
 
+@dataclass(frozen=True, eq=False)
+class CorrectedField:
+    """The field of a recording as a fit corrects it, in order of time, and the structure that its strength keeps.
+
+    What is derived is computed once, when asked for: widening and judgement look at the same field.
+    """
+
+    fit: Calibration
+    recording: Recording
+    strength_nT: float
+
+    @cached_property
+    def field_nT(self) -> Array:
+        """The corrected field (n, 3), body frame."""
+        return in_time(self.recording, self.fit.apply(self.recording))
+
+    @cached_property
+    def rows(self) -> tuple[Array, Array]:
+        """|h| - F (n,), and how the noise of the measurements enters (n, 3), see `strength_rows`."""
+        return strength_rows(self.fit, self.field_nT, self.strength_nT)
+
+    @cached_property
+    def structure(self) -> Structure:
+        """What |h| - F holds beside white noise."""
+        return structure_of(self.fit, self.field_nT, self.rows, self.strength_nT)
+
+
 def own_reference(fit: Calibration, reference: Reference) -> Reference:
     """Reference for the residual: the fitted strength, if the method fits a strength instead of the given one."""
     found_nT = fit.parameters.get(STRENGTH_NAME)
@@ -38,6 +66,9 @@ def own_reference(fit: Calibration, reference: Reference) -> Reference:
 
 def residual_of(fit: Calibration, recording: Recording, reference: Reference, *, vector: bool) -> Array:
     """Residual of a fit in order of time: |h| - F (n,), or with known attitude h - R_wb^T F (n, 3), nT."""
+    if not vector and not fit.segments and fit.eddy_s is None:
+        size_nT = strengths(np.ascontiguousarray(recording.mag_nT), fit.offset_nT, np.ascontiguousarray(fit.matrix))
+        return in_time(recording, size_nT - reference.strength_nT)
     field_nT = fit.apply(recording)
     if vector:
         assert recording.att_q is not None
@@ -88,7 +119,7 @@ def flat_status(fit: Calibration, sensors: Extents, residual_nT: Array) -> Statu
 def widened(
     fit: Calibration,
     residual_nT: Array,
-    recording: Recording,
+    field: CorrectedField,
     reference: Reference,
     *,
     vector: bool,
@@ -103,26 +134,30 @@ def widened(
     """
     if fit.covariance is None or fit.offset_covariance_nT2 is None:
         return fit
-    field_nT = in_time(recording, fit.apply(recording))
-    rows = strength_rows(fit, field_nT, reference.strength_nT)
-    distortion_nT = None
-    if not vector:
-        structure = structure_of(fit, field_nT, reference.strength_nT)
-        residual_nT, distortion_nT = structure.left_nT, structure.distortion_nT
-        rows = (residual_nT, rows[1])
-    factor = inflation(residual_nT) * few_factor(residual_nT.size - len(fit.covariance_names))
-    flicker_nT2, claimed_nT2 = flicker_power(*rows)
+    distortion_nT = None if vector else field.structure.distortion_nT
+    factor = _colour(residual_nT, field, vector=vector) * few_factor(residual_nT.size - len(fit.covariance_names))
+    flicker_nT2, claimed_nT2 = flicker_power(*_rows_left(field, vector=vector))
     covariance = factor * fit.covariance
     if (flicker_nT2 > 0 or distortion_nT is not None) and fit.status.kind != "not_converged":
-        moved = response or _response(fit, field_nT, recording, reference, vector=vector)
+        moved = response or _response(fit, field, reference, vector=vector)
         if flicker_nT2 > 0:
-            lasting = flicker_covariance(moved.K, _rate_hz(recording))
+            lasting = flicker_covariance(moved.K, _rate_hz(field.recording))
             _add(covariance, fit.covariance_names, moved, claimed_nT2 * lasting)
         if distortion_nT is not None:
             error_nT2 = _distortion_error(moved, distortion_nT, reference.strength_nT)
             _add(covariance, fit.covariance_names, moved, error_nT2)
     told = {"covariance_inflation": factor, "flicker_nT_sqrt_hz": float(np.sqrt(flicker_nT2))}
     return replace(fit, covariance=covariance, parameters=fit.parameters | told)
+
+
+def _colour(residual_nT: Array, field: CorrectedField, *, vector: bool) -> float:
+    """The inflation of the residual, of a fit without the vector less a characteristic."""
+    return inflation(residual_nT) if vector else field.structure.inflation
+
+
+def _rows_left(field: CorrectedField, *, vector: bool) -> tuple[Array, Array]:
+    """The rows of the field's strength, of a fit without the vector less a characteristic."""
+    return field.rows if vector else (field.structure.left_nT, field.rows[1])
 
 
 def _distortion_error(moved: Response, distortion_nT: Array, strength_nT: float) -> Array:
@@ -137,12 +172,11 @@ def _distortion_error(moved: Response, distortion_nT: Array, strength_nT: float)
     return np.asarray(np.outer(bias_nT, bias_nT) + np.diag(offset * second_nT**2))
 
 
-def _response(
-    fit: Calibration, field_nT: Array, recording: Recording, reference: Reference, *, vector: bool
-) -> Response:
+def _response(fit: Calibration, field: CorrectedField, reference: Reference, *, vector: bool) -> Response:
     """Response of the fit to the samples, in order of time."""
+    recording = field.recording
     if not vector:
-        return of_strength(fit, field_nT, reference.strength_nT)
+        return of_strength(fit, field.field_nT, reference.strength_nT)
     assert recording.att_q is not None
     assert reference.field_enu_nT is not None
     return of_vector(in_time(recording, world_to_body(recording.att_q, np.array(reference.field_enu_nT))))
@@ -160,7 +194,7 @@ def _add(covariance: Array, names: tuple[str, ...], response: Response, more: Ar
 
 
 def judgement(
-    fit: Calibration, residual_nT: Array, recording: Recording, reference: Reference, *, vector: bool
+    fit: Calibration, residual_nT: Array, field: CorrectedField, reference: Reference, *, vector: bool
 ) -> Status | None:
     """Status of a fit by `unsupported`, with the residual's structure as the cause; None where the fit's own stands.
 
@@ -172,7 +206,7 @@ def judgement(
         return worse
     if worse != covariance_status(fit, reference.strength_nT) or fit.status.kind != "ok":
         return worse
-    structure = structure_of(fit, in_time(recording, fit.apply(recording)), reference.strength_nT)
+    structure = field.structure
     if structure.kind == "white":
         return worse
     return _caveat(fit, structure, reference) if worse is None else _caused(fit, structure, reference, worse)

@@ -11,6 +11,7 @@ from typing import Any, ClassVar, final
 import numpy as np
 
 from calib.acceptance import (
+    CorrectedField,
     Extents,
     extents,
     flat_status,
@@ -22,6 +23,7 @@ from calib.acceptance import (
     widened,
 )
 from calib.models.inputs import input_groups
+from calib.numerics.points import ranges
 from calib.numerics.rates import world_to_body
 from calib.observability import motion_status
 from calib.reference import Reference
@@ -186,11 +188,12 @@ class Calibrator(ABC):
             return self._failed(flat, result.history)
         if result.status.kind == "unobservable":
             return result
+        field = CorrectedField(result, recording, reference.strength_nT)
         if not self.sequential:
-            result = widened(result, residual_nT, recording, reference, vector=self._fits_vector)
+            result = widened(result, residual_nT, field, reference, vector=self._fits_vector)
         if "scalar" in self.needs:
             return result
-        worse = judgement(result, residual_nT, recording, reference, vector=self._fits_vector)
+        worse = judgement(result, residual_nT, field, reference, vector=self._fits_vector)
         if worse is None or (worse.kind == result.status.kind and worse.kind != "ok"):
             return result
         return replace(result, status=worse)
@@ -248,8 +251,7 @@ def unusable(recording: Recording, reference: Reference, needs: Iterable[str], w
 
 
 def _constant(recording: Recording) -> Status | None:
-    rows = np.ascontiguousarray(recording.mag_nT.T)
-    lowest, highest = rows.min(axis=1), rows.max(axis=1)
+    lowest, highest = ranges(np.ascontiguousarray(recording.mag_nT))
     if (highest - lowest).max() > CONSTANT_FRACTION * max(-lowest.min(), highest.max()):
         return None
     return Status("unobservable", "the measured field does not change: turn the vehicle about all its axes")

@@ -57,6 +57,7 @@ class Structure:
     """What a residual holds beside white noise.
 
     rms_nT : rms of the structure; residual_nT : of the residual; left_nT : residual (n,) without a characteristic
+    inflation : of a covariance claimed for white residuals, by what is left, see `calib.numerics.colour`
     distortion_nT : (n, 3) of a characteristic in the measurements; dilution : deviation of the offset in any direction
     at most, in units of residual_nT / sqrt(n)
     """
@@ -65,6 +66,7 @@ class Structure:
     rms_nT: float
     residual_nT: float
     left_nT: Array
+    inflation: float
     distortion_nT: Array | None
     dilution: float
 
@@ -79,23 +81,24 @@ class Structure:
         return REMEDIES[self.kind]
 
 
-def structure_of(fit: Calibration, field_nT: Array, strength_nT: float) -> Structure:
-    """The structure of a fit's residual, in order of time, from the corrected field (n, 3)."""
-    r, a = strength_rows(fit, field_nT, strength_nT)
+def structure_of(fit: Calibration, field_nT: Array, rows: tuple[Array, Array], strength_nT: float) -> Structure:
+    """The structure of a fit's residual, in order of time, from the corrected field (n, 3) and its `strength_rows`."""
+    r, a = rows
     distortion_nT, left = _characteristic(fit, field_nT, strength_nT) or (None, r)
-    rms_nT, residual_nT = _slow_rms(left), float(np.sqrt(np.mean(r * r)))
+    colour = inflation(left)
+    rms_nT, residual_nT = _slow_rms(left) if colour > 1.0 else 0.0, float(np.sqrt(r @ r / len(r)))
     kind: StructureKind = "white"
     if distortion_nT is not None:
         kind, rms_nT = "characteristic", float(np.sqrt(np.mean((r - left) ** 2)))
     elif rms_nT > 0.0:
         kind = _slow_kind(r, a)
-    return Structure(kind, rms_nT, residual_nT, left, distortion_nT, _dilution(fit, field_nT, strength_nT))
+    return Structure(kind, rms_nT, residual_nT, left, colour, distortion_nT, _dilution(fit, field_nT, strength_nT))
 
 
 def _slow_rms(r: Array) -> float:
-    """Rms of the means over the shortest blocks of a residual (n,); zero for a white one."""
+    """Rms of the means over the shortest blocks of a residual (n,); zero for few samples."""
     counts = [blocks for blocks in BLOCKS if len(r) // blocks >= LEAST_BLOCK]
-    if not counts or inflation(r) == 1.0:
+    if not counts:
         return 0.0
     return float(np.sqrt(block_mean_square(np.ascontiguousarray(r[:, None]), counts[-1])))
 

@@ -63,10 +63,11 @@ def check_field(raw: RawColumns, named: Named) -> Named:
     path = raw.path
     _check_length(path, len(named["time_s"]), MIN_SAMPLES)
     for names in _sensors(named):
-        field_nT = np.column_stack([named[name] for name in names[: len(raw.origin.axes)]])
-        _check_moving(path, names, field_nT)
+        columns = [named[name] for name in names[: len(raw.origin.axes)]]
+        _check_moving(path, names, columns)
         if raw.origin.unit == "nT":
-            _check_strength(path, names, field_nT)
+            step = max(1, len(columns[0]) // SAMPLED)
+            _check_strength(path, names, np.column_stack([column[::step] for column in columns]))
     return named
 
 
@@ -124,8 +125,9 @@ def _check_complete(path: Path, named: Named, names: Sequence[str]) -> None:
 
 
 def _check_finite(path: Path, name: str, values: Array) -> None:
-    wrong = ~np.isfinite(values)
-    if wrong.any():
+    finite = np.isfinite(values)
+    if not finite.all():
+        wrong = ~finite
         count, row = int(np.count_nonzero(wrong)), int(np.argmax(wrong)) + 1
         kind = "infinite" if np.isinf(values[row - 1]) else "missing"
         what = f"{count} of {len(values)} values are missing or infinite, the first in row {row} is {kind}"
@@ -169,21 +171,18 @@ def _filled_vector(path: Path, names: Sequence[str], named: Named, rotation: boo
     return filled(named["time_s"], known, values, Interpolation.CHORD if rotation else Interpolation.LINEAR)
 
 
-def _check_moving(path: Path, names: Sequence[str], field_nT: Array) -> None:
-    stuck = [
-        name for name, width in zip(names, np.ptp(np.ascontiguousarray(field_nT.T), axis=1), strict=False) if width == 0
-    ]
-    if len(stuck) == field_nT.shape[1]:
+def _check_moving(path: Path, names: Sequence[str], columns: Sequence[Array]) -> None:
+    stuck = [name for name, column in zip(names, columns, strict=False) if (column == column[0]).all()]
+    if len(stuck) == len(columns):
         what, do = "all three axes are constant: the sensor did not measure or did not move", "give another recording"
         raise InputError(what, where=f"{path}: {', '.join(stuck)}", do=do)
     if stuck:
-        what = f"is {field_nT[0, names.index(stuck[0])]:g} in every row: the axis is stuck"
+        what = f"is {columns[names.index(stuck[0])][0]:g} in every row: the axis is stuck"
         do = "check the sensor's axis, or map another column with --map"
         raise InputError(what, where=f"{path}: {stuck[0]}", do=do)
 
 
-def _check_strength(path: Path, names: Sequence[str], field_nT: Array) -> None:
-    some_nT = field_nT[:: max(1, len(field_nT) // SAMPLED)]
+def _check_strength(path: Path, names: Sequence[str], some_nT: Array) -> None:
     strength = float(np.median(np.linalg.norm(some_nT, axis=1)))
     low, high = FIELD_RANGE_NT
     turned_nT = float(half_extent(some_nT).max())

@@ -185,5 +185,7 @@ def _cells(column: pa.ChunkedArray, group: str) -> NDArray[Any]:
 
 def _bounded(values: Array) -> Array:
     """Return the values with infinity for whatever exceeds LARGEST."""
+    if len(values) and max(np.fmax.reduce(values), -np.fmin.reduce(values)) <= LARGEST:
+        return values
     large = np.abs(values) > LARGEST
     return np.where(large, np.copysign(np.inf, values), values) if large.any() else values

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.acceptance import measured, residual_of, widened
+from calib.acceptance import CorrectedField, measured, residual_of, widened
 from calib.base import Calibrator
 from calib.models.chained import Chained, Linear
 from calib.models.ellipsoid import FULL_SLOTS, SYMMETRIC_NAMES, SYMMETRIC_SLOTS, UPPER
@@ -82,7 +82,8 @@ class GyroLinked(Calibrator):
         seen = measured(recording)
         residual_nT = residual_of(found, seen, reference, vector=False)
         response = self._response(fit, reference.strength_nT).without(link.absent)
-        return widened(found, residual_nT, seen, reference, vector=False, response=response)
+        field = CorrectedField(found, seen, reference.strength_nT)
+        return widened(found, residual_nT, field, reference, vector=False, response=response)
 
     @property
     @abstractmethod

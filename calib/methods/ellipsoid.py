@@ -17,6 +17,9 @@ from calib.settings import Count, Positive
 from recordings import Recording
 from scenarios.arrays import Array
 
+MANY = 20_000
+"""Samples, evenly spaced, that suffice for a first estimate: refits to all samples start from there."""
+
 
 @dataclass(frozen=True)
 class EllipsoidCalibrator(Calibrator):
@@ -39,7 +42,11 @@ class EllipsoidCalibrator(Calibrator):
 
     def _solve(self, recording: Recording, reference: Reference, rng: np.random.Generator) -> Calibration | Status:
         scaled = Standardised.of(recording.mag_nT)
-        fit, history, settled = self._rounds(scaled.x)
+        step = max(1, len(scaled.x) // MANY)
+        first = fit_ellipsoid_specific(np.ascontiguousarray(scaled.x[::step]))
+        if step > 1:
+            first = self._rounds(np.ascontiguousarray(scaled.x[::step]), first)[0].theta
+        fit, history, settled = self._rounds(scaled.x, first)
         estimate = EllipsoidFit.of_quadric(fit.theta, fit.covariance, fit.noise_std, history)
         if estimate is None:
             why = "the quadric that fits the measurements best is not an ellipsoid"
@@ -49,9 +56,9 @@ class EllipsoidCalibrator(Calibrator):
         )
         return scaled.calibration(self.name, status, estimate, reference)
 
-    def _rounds(self, x: Array) -> tuple[QuadricFit, tuple[float, ...], bool]:
-        """Refits until theta moves by less than `tolerance` of its standard deviation."""
-        fit = refit(x, fit_ellipsoid_specific(x))
+    def _rounds(self, x: Array, theta: Array) -> tuple[QuadricFit, tuple[float, ...], bool]:
+        """Refits from a first theta (10,) until theta moves by less than `tolerance` of its standard deviation."""
+        fit = refit(x, theta)
         history: list[float] = []
         for _ in range(self.rounds):
             new = refit(x, fit.theta)

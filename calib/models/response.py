@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calib.models.ellipsoid import SYMMETRIC_NAMES, UPPER
-from calib.numerics.points import lengths
+from calib.numerics.points import lengths_and_slopes
 from calib.result import OFFSET_NAMES, Calibration
 from scenarios.arrays import Array
 
@@ -27,8 +27,8 @@ class Response:
 
 def strength_rows(fit: Calibration, field_nT: Array, strength_nT: float) -> tuple[Array, Array]:
     """What a fit leaves of the strength, r = |h| - F (n,), and how noise enters it: r = a . n, a = S^-T u (n, 3)."""
-    size = lengths(field_nT)
-    return size - strength_nT, np.asarray(field_nT / size[:, None] @ fit.matrix)
+    size, slope = lengths_and_slopes(np.ascontiguousarray(field_nT), np.ascontiguousarray(fit.matrix))
+    return size - strength_nT, slope
 
 
 def of_strength(fit: Calibration, field_nT: Array, strength_nT: float) -> Response:

@@ -41,40 +41,49 @@ def flicker_power(r: Array, a: Array) -> tuple[float, float]:
     if blocks is None:
         return 0.0, 0.0
     short = len(r) // blocks
-    (late, late_pairs), (soon, soon_pairs) = _pairs(r, a, len(r)), _pairs(r, a, short)
+    seen, counted = _pairs(r, a, short)
+    (late, late_pairs), soon_pairs = (seen[-1], counted[-1]), float(counted[:blocks].sum())
+    soon = float(seen[:blocks] @ counted[:blocks]) / soon_pairs
     chance = float(r @ r) / len(r) * np.sqrt(2.0 / late_pairs + 2.0 / soon_pairs)
     if not soon - late > SEEN * chance:
         return 0.0, 0.0
-    starts = range(0, blocks * short, short)
-    means, pairs = np.transpose([_pairs(r[k : k + short], a[k : k + short], short) for k in starts])
-    std = float(np.linalg.norm(pairs * (means - soon))) / float(pairs.sum())
+    std = float(np.linalg.norm(counted[:blocks] * (seen[:blocks] - soon))) / soon_pairs
     freedom = FREEDOM * ((soon - late) / std) ** 2 if std > 0 else np.inf
     power = float(soon - late) / (_mean_log_lag(a, len(r)) - _mean_log_lag(a, short))
     return power, power * few_factor(freedom)
 
 
-@njit(cache=True)
-def _pairs(r: Array, a: Array, length: int) -> tuple[float, float]:
-    """V_L of blocks of a length, and the sum of (a_i . a_j)^2 over its pairs.
+@njit(cache=True, fastmath={"reassoc", "contract"})
+def _pairs(r: Array, a: Array, length: int) -> tuple[Array, Array]:
+    """V (m + 2,) of every block of a length, of the rest and of the whole, and sums of (a_i . a_j)^2 over its pairs.
 
     sum over i != j of r_i r_j a_i . a_j = |sum r a|^2 - sum r^2 |a|^2, and likewise of the squares
     """
-    seen, pairs = 0.0, 0.0
-    pull, spread = np.empty(3), np.empty((3, 3))
-    for first in range(0, len(r) // length * length, length):
-        pull[:], spread[:] = 0.0, 0.0
-        for i in range(first, first + length):
-            square = 0.0
-            for j in range(3):
-                pull[j] += r[i] * a[i, j]
-                square += a[i, j] ** 2
-                for k in range(3):
-                    spread[j, k] += a[i, j] * a[i, k]
-            seen -= r[i] ** 2 * square
-            pairs -= square**2
-        seen += (pull**2).sum()
-        pairs += (spread**2).sum()
-    return seen / pairs, pairs
+    blocks = len(r) // length
+    sums, total = np.empty(11), np.zeros(11)
+    seen, pairs = np.zeros(blocks + 2), np.zeros(blocks + 2)
+    for block in range(blocks + 1):
+        sums[:] = 0.0
+        for i in range(block * length, min((block + 1) * length, len(r))):
+            x, y, z = a[i, 0], a[i, 1], a[i, 2]
+            u, v, w = r[i] * x, r[i] * y, r[i] * z
+            square = x * x + y * y + z * z
+            sums[0], sums[1], sums[2] = sums[0] + u, sums[1] + v, sums[2] + w
+            sums[3], sums[4], sums[5] = sums[3] + x * x, sums[4] + y * y, sums[5] + z * z
+            sums[6], sums[7], sums[8] = sums[6] + x * y, sums[7] + x * z, sums[8] + y * z
+            sums[9], sums[10] = sums[9] + r[i] * r[i] * square, sums[10] + square * square
+        total += sums
+        seen[block], pairs[block] = _of_sums(sums)
+    seen[-1], pairs[-1] = _of_sums(total)
+    return seen, pairs
+
+
+@njit(cache=True)
+def _of_sums(sums: Array) -> tuple[float, float]:
+    """V and its pairs from the sums of r a (3,), of a a^T (6,), of r^2 |a|^2 and of |a|^4 over samples."""
+    pull = (sums[:3] ** 2).sum() - sums[9]
+    pairs = (sums[3:6] ** 2).sum() + 2.0 * (sums[6:9] ** 2).sum() - sums[10]
+    return (pull / pairs if pairs > 0.0 else 0.0), pairs
 
 
 def strength_and_axes(r: Array, a: Array) -> tuple[float, float]:
@@ -85,8 +94,13 @@ def strength_and_axes(r: Array, a: Array) -> tuple[float, float]:
     length = len(r) // BLOCKS[0]
     strength = np.zeros_like(a)
     strength[:, 0] = np.sqrt(np.einsum("ni,ni->n", a, a))
-    (field, field_pairs), (axes, axes_pairs) = _pairs(r, strength, length), _pairs(r, a, length)
-    return field * float(np.sqrt(field_pairs)), axes * float(np.sqrt(axes_pairs))
+    return _evidence(r, strength, length), _evidence(r, a, length)
+
+
+def _evidence(r: Array, a: Array, length: int) -> float:
+    """V_L sqrt(sum (a_i . a_j)^2) over the pairs within whole blocks of a length."""
+    seen, pairs = (of_each[: len(r) // length] for of_each in _pairs(r, a, length))
+    return float(seen @ pairs) / float(np.sqrt(pairs.sum()))
 
 
 @njit(cache=True)

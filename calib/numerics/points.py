@@ -53,6 +53,42 @@ def lengths(x: Array) -> Array:
     return out
 
 
+@njit(cache=True)
+def ranges(x: Array) -> tuple[Array, Array]:
+    """Least and greatest value (3,) of each component of points (n, 3)."""
+    low, high = x[0].copy(), x[0].copy()
+    for i in range(1, len(x)):
+        for j in range(3):
+            low[j], high[j] = min(low[j], x[i, j]), max(high[j], x[i, j])
+    return low, high
+
+
+@njit(cache=True)
+def strengths(x: Array, offset: Array, matrix: Array) -> Array:
+    """|matrix (x - offset)| (n,) of points (n, 3)."""
+    out = np.empty(len(x))
+    for i in range(len(x)):
+        u, v, w = x[i, 0] - offset[0], x[i, 1] - offset[1], x[i, 2] - offset[2]
+        square = 0.0
+        for j in range(3):
+            h = matrix[j, 0] * u + matrix[j, 1] * v + matrix[j, 2] * w
+            square += h * h
+        out[i] = np.sqrt(square)
+    return out
+
+
+@njit(cache=True)
+def lengths_and_slopes(h: Array, matrix: Array) -> tuple[Array, Array]:
+    """|h| (n,) and (h / |h|)^T matrix (n, 3) of vectors h (n, 3)."""
+    size, slope = np.empty(len(h)), np.empty((len(h), 3))
+    for i in range(len(h)):
+        size[i] = np.sqrt(h[i, 0] * h[i, 0] + h[i, 1] * h[i, 1] + h[i, 2] * h[i, 2])
+        u, v, w = h[i, 0] / size[i], h[i, 1] / size[i], h[i, 2] / size[i]
+        for j in range(3):
+            slope[i, j] = u * matrix[0, j] + v * matrix[1, j] + w * matrix[2, j]
+    return size, slope
+
+
 def cross_matrices(v: Array) -> Array:
     """[v]x (n, 3, 3), so that [v]x a = v x a."""
     out = np.zeros((len(v), 3, 3))

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from calib import CALIBRATORS, Calibration, Reference, Status, get
-from calib.acceptance import residual_of, unsupported, widened
+from calib.acceptance import CorrectedField, residual_of, unsupported, widened
 from calib.result import OFFSET_NAMES
 from recordings import Recording
+from tests.calib.conftest import REFERENCE
 from tests.calib.expected import expected
 from tests.calib.flickering import flicker
 from tests.calib.test_contract import with_all
@@ -148,22 +149,28 @@ def claimed(standard, added_nT):
     return fit, recording, residual_of(fit, recording, standard.REFERENCE, vector=False)
 
 
+def field_of(fit, recording):
+    return CorrectedField(fit, recording, REFERENCE.strength_nT)
+
+
 @pytest.mark.parametrize("vector", [False, True])
 def test_only_the_claim_is_widened_and_flicker_noise_goes_to_the_offset(vector, standard):
     """A tone is colour and no flicker; flicker noise of 6 nT is found and adds what lasts of it to the offset."""
     tone_nT = 20.0 * np.sin(np.arange(3600) / 2.0)[:, None]
     fit, recording, left_nT = claimed(standard, tone_nT)
-    widest = widened(fit, left_nT, recording, standard.REFERENCE, vector=vector)
+    widest = widened(fit, left_nT, field_of(fit, recording), standard.REFERENCE, vector=vector)
     factor = widest.parameters["covariance_inflation"]
     assert factor >= 1.0
     assert widest.parameters["flicker_nT_sqrt_hz"] == 0.0
     np.testing.assert_allclose(widest.covariance, factor * fit.covariance)
     fit, recording, left_nT = claimed(standard, 6.0 * flicker(3600, np.random.default_rng(0)))
-    lasting = widened(fit, left_nT, recording, standard.REFERENCE, vector=vector)
+    lasting = widened(fit, left_nT, field_of(fit, recording), standard.REFERENCE, vector=vector)
     power_nT2 = lasting.parameters["flicker_nT_sqrt_hz"] ** 2
     assert 4.0 < np.sqrt(power_nT2) < 8.0
     added_nT2 = lasting.covariance - lasting.parameters["covariance_inflation"] * fit.covariance
     lowest, highest = 7.5 * power_nT2, 1.7 * 7.5 * power_nT2  # of the power, and of what it may be
     assert 0.9 * lowest < np.diag(added_nT2).min()
     assert np.diag(added_nT2).max() < highest
-    assert widened(answer(), left_nT, recording, standard.REFERENCE, vector=vector).covariance is None
+    unclaimed = answer()
+    field = field_of(unclaimed, recording)
+    assert widened(unclaimed, left_nT, field, standard.REFERENCE, vector=vector).covariance is None

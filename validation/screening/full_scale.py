@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from calib.numerics.noise import white_noise_std
+from calib.numerics.scans import extremes
 from recordings import Recording
 from scenarios.arrays import Array
 from validation.policy import POLICY
 from validation.screening.fault import AXES, Fault, Mask
 from validation.signals.faults import STENCIL, PileUp, pile_up
 from validation.signals.lattice import find_lattice
-from validation.signals.scans import extremes
 from validation.text import counted, figure, listed
 
 

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from calib.numerics.scans import largest_antisymmetric
 from recordings import Recording
 from scenarios.arrays import Array
 from validation.policy import POLICY
 from validation.screening.fault import AXES, Fault
 from validation.signals.intervals import gaps_after
-from validation.signals.scans import largest_antisymmetric
 from validation.text import counted, duration, figure
 
 NORMAL_HALF = 0.6745
@@ -73,7 +72,8 @@ def _ordinary(column: Array) -> bool:
     """Return whether no step of an axis (n,) is larger than noise gives, by the overall noise."""
     part = np.lib.stride_tricks.sliding_window_view(column, 2 * SIDE)[:: max(1, len(column) // LARGE)]
     usual = float(np.median(np.abs(part @ _functional()))) / NORMAL_HALF
-    return largest_antisymmetric(column, -_functional()[SIDE - 1 :: -1]) <= POLICY.step_sigma * usual
+    largest = largest_antisymmetric(column, -_functional()[SIDE - 1 :: -1])
+    return bool(largest <= POLICY.step_sigma * usual)
 
 
 def _steps(column: Array, time_s: Array) -> list[tuple[int, float]]:

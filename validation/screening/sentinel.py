@@ -6,11 +6,11 @@ from operator import itemgetter
 
 import numpy as np
 
+from calib.numerics.scans import extremes, zero_rows
 from recordings import Recording
 from scenarios.arrays import Array
 from validation.policy import POLICY
 from validation.screening.fault import AXES, Fault, Mask
-from validation.signals.scans import extremes, zero_rows
 from validation.text import counted, figure, listed
 
 CODES = ("99999", "9999", "999", "88888", "32767", "32768", "65535", "2147483647", "2147483648")

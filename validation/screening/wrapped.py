@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calib.numerics.noise import white_noise_std
+from calib.numerics.scans import extremes, largest_steps
 from recordings import Recording
 from scenarios.arrays import Array
 from validation.policy import POLICY
@@ -13,7 +14,6 @@ from validation.screening.fault import AXES, Fault
 from validation.screening.full_scale import near_end
 from validation.signals.intervals import gaps_after
 from validation.signals.lattice import find_lattice
-from validation.signals.scans import extremes, largest_steps
 from validation.text import counted, figure
 
 BITS = range(8, 33)
@@ -25,7 +25,7 @@ def wrapped(recording: Recording) -> list[Fault]:
     found, mag_nT = [], recording.mag_nT
     suspects = np.flatnonzero(_may_wrap(mag_nT))
     gaps = gaps_after(recording.time_s) if len(suspects) else np.zeros(0, np.intp)
-    for axis in suspects:
+    for axis in suspects.tolist():
         jumps = _jumps(mag_nT[:, axis], gaps)
         if len(jumps):
             found.append(_fault(mag_nT, axis, jumps))

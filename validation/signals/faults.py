@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calib.numerics.noise import white_noise_std
+from calib.numerics.scans import RunCounts, run_counts
 from scenarios.arrays import Array
 from validation.policy import POLICY
 from validation.signals.lattice import Lattice, find_lattice
-from validation.signals.scans import RunCounts, run_counts
 
 Mask = NDArray[np.bool_]
 NOISE_WINDOW = 256

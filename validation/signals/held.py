@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from calib.numerics.scans import run_counts
 from scenarios.arrays import Array
 from validation.policy import POLICY
 from validation.signals.faults import repeats, runs
-from validation.signals.scans import run_counts
 
 
 def stale(values: Array) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from validation.signals.scans import extremes, largest_antisymmetric, largest_steps, run_counts, zero_rows
+from calib.numerics.scans import extremes, largest_antisymmetric, largest_steps, run_counts, zero_rows
 
 NOISE = np.random.default_rng(0).normal(0.0, 100.0, (500, 3))
 CASES = {"noise": NOISE, "coarse": np.round(NOISE, -2), "constant": np.zeros((20, 3)), "one row": NOISE[:1]}
