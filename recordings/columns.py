@@ -95,6 +95,8 @@ SIGNAL = {signal.group: signal for signal in SIGNALS}
 RECORDING_GROUPS = tuple(SIGNAL)
 RUN = Column("run", "1", "number of the run in its dataset", "run")
 """Distinguishes the runs of a split dataset that are read together; no instrument gives this column."""
+NAMES_KEPT = 1 << 14
+"""Names of columns whose group is remembered: logs of vehicles have thousands, and each is asked for several times."""
 GROUPS = (RUN.group, *RECORDING_GROUPS, "channel", "truth", "effect")
 
 
@@ -104,6 +106,7 @@ def is_truth(name: str) -> bool:
 
 
 @lru_cache(1 << 14)
+@lru_cache(maxsize=NAMES_KEPT)
 def group_of(name: str) -> str:
     """Return the group of a column by its name; a name in no table is a channel."""
     if name == RUN.name:

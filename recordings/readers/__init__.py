@@ -15,11 +15,12 @@ from recordings.readers.parquet import PARQUET, is_parquet, parquet_errors_about
 from recordings.readers.px4 import PX4
 from recordings.readers.ros import ROS
 from recordings.readers.text import TEXT
+from recordings.readers.tlog import TELEMETRY_LOG
 from scenarios.errors import InputError
 
 __all__ = ["FORMATS", "FileContents", "FileFormat", "is_parquet", "load", "parquet_errors_about"]
 
-FORMATS: tuple[FileFormat, ...] = (PARQUET, ARDUPILOT_LOG, PX4, ROS, NETCDF, IMAGCDF, MAT, IAGA, TEXT)
+FORMATS: tuple[FileFormat, ...] = (PARQUET, ARDUPILOT_LOG, TELEMETRY_LOG, PX4, ROS, NETCDF, IMAGCDF, MAT, IAGA, TEXT)
 """Every format, in the order of recognition: by content first, by the suffix alone last."""
 
 

@@ -113,7 +113,7 @@ def _undone(
         calibration = compass_calibration(parameters.at([-np.inf, *changes_s][k], names), number)
         offset_mG, learned[here] = _offsets(rows.where(here), calibration.offset_mG)
         raw_mG[here] = calibration.raw_mG(field_mG[here], motor_mG[here], offset_mG)
-    notes = [_told(parameters.last, number, bool(motor_mG.any()))]
+    notes = [told_undone(parameters.last, number, bool(motor_mG.any()))]
     if len(np.unique(piece)) > 1:
         notes.append(
             f"compass {number}: its calibration changed in the log ({len(changes_s)} times): undone piece by piece"
@@ -137,7 +137,7 @@ def _offsets(rows: Messages, stated_mG: Array) -> tuple[Array, Array]:
     return np.where(other[:, None], whole_steps(rows, OFFSET), stated), other
 
 
-def _told(last: Mapping[str, float], number: int, motors: bool) -> str:
+def told_undone(last: Mapping[str, float], number: int, motors: bool) -> str:
     """Return the line that says what was undone, with the parameters that differ from a compass without calibration."""
     neutral = {name: 1.0 if "_DIA" in name else 0.0 for name in calibration_names(number)}
     values = [f"{name} {last[name]:.4g}" for name, value in neutral.items() if last.get(name, value) != value]

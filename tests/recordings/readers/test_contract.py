@@ -23,6 +23,7 @@ from recordings.readers import FORMATS, FileFormat, load
 from scenarios.errors import InputError
 from tests.recordings.readers.dataflash import write_dataflash
 from tests.recordings.readers.ros_bags import Series, vector, write_bag
+from tests.recordings.readers.telemetry import write_telemetry
 from tests.recordings.readers.ulog_bytes import TopicOf, UlogOf, xyz
 
 N = 60
@@ -106,6 +107,7 @@ def write_ulog(recording: Recording, path: Path) -> None:
 
 EXAMPLES: dict[str, Callable[[Recording, Path], None]] = {
     "Parquet": write_recording,
+    "MAVLink telemetry": write_telemetry,
     "ArduPilot": lambda recording, path: write_dataflash(replace(recording, att_q=None), path),
     "netCDF": write_netcdf,
     "ImagCDF": write_imagcdf,
@@ -121,6 +123,7 @@ NUMBERS = (
     *("temperature_degC", "current_1_A", "current_2_A", "wheel_rad_s"),
 )
 PARTS: dict[str, tuple[str, ...]] = {
+    "MAVLink telemetry": ("time_s", *mag_names(), *GYRO, *ACCEL, *POSITION, "temperature_degC"),
     "ArduPilot": ("time_s", *mag_names(), *GYRO, *ACCEL, *POSITION, "temperature_degC", "current_1_A", "current_2_A"),
     "netCDF": NUMBERS,
     "ImagCDF": ("time_s", *mag_names()),
