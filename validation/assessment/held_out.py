@@ -9,14 +9,14 @@ from typing import Literal
 import numpy as np
 
 from calib import Calibration, Reference
+from calib.held_out.legs import LEAST_LEGS, LegPartition, legs_of
+from calib.held_out.models import offset, with_iron
+from calib.held_out.paired_legs import HeldOutErrors, ModelPair
 from calib.numerics.paired import counted, mean_interval
 from calib.numerics.points import lengths
 from recordings import Recording
 from scenarios.arrays import Array
 from validation.assessment.policy import ASSESSMENT
-from validation.cross_validation.legs import LEAST_LEGS, LegPartition, legs_of
-from validation.cross_validation.models import offset, with_iron
-from validation.cross_validation.paired_legs import HeldOutErrors, ModelPair
 from validation.signals.thinning import every_nth
 
 UseKind = Literal["nothing", "offset", "offset and matrix"]

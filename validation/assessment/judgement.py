@@ -49,10 +49,13 @@ class ToleranceAnswer:
 
 
 def quality_of(fit: Calibration, error: HeadingError | None, tolerance_deg: float) -> QualityWord:
-    """Return good where the interval is below the tolerance, bad where the median is above or the fit failed."""
-    if fit.status.kind != "ok" or error is None or error.value > tolerance_deg:
+    """Return good where the interval is below the tolerance, bad where the median is above, fair between.
+
+    A fit that is not ok is fair at best; one without a heading error is bad.
+    """
+    if error is None or error.value > tolerance_deg:
         return "bad"
-    return "good" if error.high < tolerance_deg else "fair"
+    return "good" if fit.status.kind == "ok" and error.high < tolerance_deg else "fair"
 
 
 def answer_of(error: HeadingError | None, tolerance_deg: float) -> tuple[Answer, float]:

@@ -9,6 +9,8 @@ from functools import cached_property
 import numpy as np
 
 from calib import Calibration, Reference, Status, get
+from calib.held_out.legs import LegPartition, legs_of
+from calib.held_out.models import offset
 from calib.models.ellipsoid import UPPER
 from recordings import Recording
 from scenarios.arrays import Array
@@ -16,8 +18,6 @@ from validation.assessment.level_flight import LevelFlight
 from validation.assessment.mixture import Component, LegSquares, mixture
 from validation.assessment.policy import ASSESSMENT
 from validation.assessment.sensor_model import CURVE_TERMS, SensorModel
-from validation.cross_validation.legs import LegPartition, legs_of
-from validation.cross_validation.models import offset
 from validation.signals.thinning import every_nth
 
 BASE, VECTOR_BASE = "ellipsoid", "vector_least_squares"

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calib import Calibration, Reference
+from calib.held_out.legs import LegPartition
 from calib.models.ellipsoid import FULL_SLOTS, SYMMETRIC_SLOTS
 from calib.numerics.points import lengths
 from calib.numerics.rates import world_to_body
@@ -20,7 +21,6 @@ from recordings import Recording
 from recordings.channels import THROTTLE
 from scenarios.arrays import Array
 from validation.assessment.policy import ASSESSMENT
-from validation.cross_validation.legs import LegPartition
 
 IRON, CURVES, MOTORS, WARMTH = "iron", "characteristic", "motors", "temperature"
 """Groups of parameters."""
