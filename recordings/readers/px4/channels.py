@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from recordings.readers.base import Wanted
-from recordings.readers.px4.ulog import ULog, UlogTopic
+from recordings.readers.px4.contents import ULog, UlogTopic
 from recordings.streams import Interpolation, Stream, ordered_rows
 
 READ: dict[str, tuple[str, ...]] = {
@@ -18,8 +18,13 @@ READ: dict[str, tuple[str, ...]] = {
     "sensor_combined": ("gyro_rad", "accelerometer_m_s2", "magnetometer_ga"),
     "vehicle_attitude": ("q",),
     "vehicle_local_position": ("x", "y", "z"),
+    "vehicle_status": ("nav_state",),
     "actuator_motors": ("control",),
-    **dict.fromkeys(("vehicle_gps_position", "sensor_gps"), ("lat", "lon", "latitude_deg", "longitude_deg")),
+    "actuator_armed": ("armed",),
+    **dict.fromkeys(
+        ("vehicle_gps_position", "sensor_gps"),
+        ("lat", "lon", "alt_ellipsoid", "latitude_deg", "longitude_deg", "altitude_ellipsoid_m", "time_utc_usec"),
+    ),
 }
 """Fields that are read under a recording's names, in all instances."""
 LEAST_SAMPLES = 2

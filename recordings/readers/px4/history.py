@@ -7,11 +7,11 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from recordings.readers.px4.calibration import Correction, Formula, corrections, formula_by_parameters, slot_of
+from recordings.readers.px4.contents import ULog
 from recordings.readers.px4.parameters import ParameterState
 from recordings.readers.px4.power import power_signal
 from recordings.readers.px4.sampling import between, held
 from recordings.readers.px4.sensors import FieldSamples, LoggedSensor
-from recordings.readers.px4.ulog import ULog
 from scenarios.arrays import Array
 
 FEWEST_COMMON = 3

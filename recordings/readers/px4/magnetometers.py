@@ -10,10 +10,10 @@ import numpy as np
 from recordings.applied import AppliedCalibration
 from recordings.body_frame import DOWN, flu_from_frd
 from recordings.readers.px4.calibration import Correction, Formula, formula_by_parameters
+from recordings.readers.px4.contents import ULog, UlogTopic
 from recordings.readers.px4.history import CalibrationHistory, formula_by_samples
 from recordings.readers.px4.parameters import ParameterState, parameter_states
 from recordings.readers.px4.sensors import LoggedSensor, logged_sensors
-from recordings.readers.px4.ulog import ULog, UlogTopic
 from recordings.readers.vehicle_log import vector_columns
 from recordings.streams import Stream
 

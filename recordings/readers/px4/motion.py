@@ -9,10 +9,10 @@ import numpy as np
 from recordings.body_frame import enu_from_ned, flu_from_frd
 from recordings.channels import ALTITUDE, LATITUDE, LONGITUDE, TEMPERATURE
 from recordings.columns import ATTITUDE, POSITION
+from recordings.readers.px4.contents import ULog, UlogTopic
 from recordings.readers.px4.place import fixes, local_enu
 from recordings.readers.px4.sampling import sample_times_s
-from recordings.readers.px4.ulog import ULog, UlogTopic
-from recordings.readers.vehicle_log import vector_columns
+from recordings.readers.vehicle_log import MOST_MISSING, vector_columns
 from recordings.streams import Interpolation, Stream
 from scenarios.arrays import Array
 
@@ -94,19 +94,25 @@ def _position(log: ULog) -> tuple[Streams, str]:
     streams: Streams = {}
     if gps:
         streams["place"] = Stream(gps.times_s, dict(zip((LATITUDE, LONGITUDE, ALTITUDE), gps.place.T, strict=True)))
-    local = log.first("vehicle_local_position")
-    if local and {"x", "y", "z"} <= set(local.names):
-        valid = np.ones(len(local), np.bool_)
-        for name in {"xy_valid", "z_valid"} & set(local.names):
-            valid &= local.column(name) != 0
-        enu_m = np.where(valid[:, None], local.vectors("y", "x", "z") * (1.0, 1.0, -1.0), np.nan)
-        if valid.any():
-            streams["position"] = Stream(sample_times_s(local), vector_columns("position", enu_m))
-            return streams, ""
+    local, enu_m = log.first("vehicle_local_position"), _local_enu_m(log)
+    known = np.isfinite(enu_m).all(axis=1).mean() if len(enu_m) else 0.0
+    if local and known > (1 - MOST_MISSING if gps else 0.0):
+        streams["position"] = Stream(sample_times_s(local), vector_columns("position", enu_m))
+        return streams, ""
     if gps is None:
         return streams, ""
     streams["position"] = Stream(gps.times_s, vector_columns("position", local_enu(gps.place)))
     return streams, "position from GPS, relative to the first fix"
+
+
+def _local_enu_m(log: ULog) -> Array:
+    """Return the local estimate east, north, up (n, 3), NaN where PX4 says that it is not valid."""
+    local = log.first("vehicle_local_position")
+    if local is None or not {"x", "y", "z"} <= set(local.names):
+        return np.empty((0, 3))
+    flags = [local.column(name) != 0 for name in ("xy_valid", "z_valid") if name in local]
+    valid = np.logical_and.reduce([np.ones(len(local), np.bool_), *flags])
+    return np.where(valid[:, None], local.vectors("y", "x", "z") * (1.0, 1.0, -1.0), np.nan)
 
 
 def _temperature(log: ULog, magnetometer: UlogTopic | None) -> tuple[Streams, str]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from recordings.readers.px4.ulog import ULog
+from recordings.readers.px4.contents import ULog
 from scenarios.arrays import Array
 
 TOGETHER_S = 0.5

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from recordings.readers.px4.ulog import ULog, UlogTopic
+from recordings.readers.px4.contents import ULog, UlogTopic
 from scenarios.arrays import Array
 
 FIX_3D = 3

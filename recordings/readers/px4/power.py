@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from recordings.channels import ARMED, BATTERY_VOLTAGE, THROTTLE, current_name, motor_output_name
+from recordings.readers.px4.contents import ULog, UlogTopic
 from recordings.readers.px4.sampling import held, sample_times_s
-from recordings.readers.px4.ulog import ULog, UlogTopic
 from recordings.streams import Interpolation, Stream
 from scenarios.arrays import Array
 
@@ -39,14 +39,14 @@ def armed_state(log: ULog) -> tuple[Array, Array] | None:
 def throttle(log: ULog) -> tuple[Array, Array] | None:
     """Return times (n,) and the collective thrust (n,) by which PX4 compensates, None where not logged.
 
-    |vehicle_thrust_setpoint.xyz|, before v1.14 the throttle of actuator_controls_0.
+    The throttle of actuator_controls_0 until v1.13, |vehicle_thrust_setpoint.xyz| in releases without this topic.
     """
     setpoint, controls = log.first("vehicle_thrust_setpoint"), log.first("actuator_controls_0")
+    if controls and "control[3]" in controls:
+        return sample_times_s(controls), controls.column("control[3]").astype(np.float64)
     if setpoint and "xyz[2]" in setpoint:
         vector = setpoint.vectors("xyz[0]", "xyz[1]", "xyz[2]")
         return sample_times_s(setpoint), np.linalg.norm(np.nan_to_num(vector), axis=1)
-    if controls and "control[3]" in controls:
-        return sample_times_s(controls), controls.column("control[3]").astype(np.float64)
     return None
 
 
@@ -76,6 +76,7 @@ def power_streams(log: ULog) -> tuple[Streams, dict[str, str], set[str]]:
         streams[THROTTLE] = Stream(signal[0], {THROTTLE: np.clip(signal[1], 0.0, 1.0)})
     streams |= _motor_outputs(log)
     currents, note, used = _currents(log)
+    used.add("actuator_controls_0.control[3]")
     battery = _battery(log)
     if battery:
         streams[BATTERY_VOLTAGE] = Stream(battery.times_s(), {BATTERY_VOLTAGE: _measured(battery, "voltage_v")})

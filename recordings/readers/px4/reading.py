@@ -8,11 +8,12 @@ import numpy as np
 
 from recordings.readers.base import FileContents, FileFormat, Wanted
 from recordings.readers.px4.channels import channel_streams
+from recordings.readers.px4.contents import ULog
 from recordings.readers.px4.magnetometers import magnetometers
 from recordings.readers.px4.motion import motion_streams
 from recordings.readers.px4.place import place_and_date
 from recordings.readers.px4.power import power_streams
-from recordings.readers.px4.ulog import MAGIC, ULog, read_ulog
+from recordings.readers.px4.ulog import MAGIC, read_ulog
 from recordings.readers.vehicle_log import VehicleLog
 from scenarios.errors import InputError
 

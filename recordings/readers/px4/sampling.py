@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from recordings.readers.px4.ulog import UlogTopic
+from recordings.readers.px4.contents import UlogTopic
 from recordings.streams import MAX_GAP_INTERVALS, Interpolation, covered, interpolated, ordered_rows, own_interval_s
 from scenarios.arrays import Array
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from recordings.readers.px4.contents import ULog, UlogTopic
 from recordings.readers.px4.parameters import ParameterState
 from recordings.readers.px4.sampling import sample_times_s
-from recordings.readers.px4.ulog import ULog, UlogTopic
 from scenarios.arrays import Array
 
 DENSE = 0.8

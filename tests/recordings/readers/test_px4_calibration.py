@@ -50,14 +50,16 @@ def sensor_mag(x: np.ndarray, every: int = 1, device: int = DEVICE, instance: in
     return TopicOf("sensor_mag", FLIGHT.time_s[::every], number | xyz(x[::every]), instance)
 
 
-def power_topics() -> list[TopicOf]:
-    """Throttle and battery current at the magnetometer's times, armed from 105 s on."""
+def power_topics(*, controls: bool) -> list[TopicOf]:
+    """Throttle and battery current at the magnetometer's times, armed from 105 s on; the throttle's topic by age."""
     thrust = np.column_stack([0.3 * FLIGHT.throttle, np.zeros(400), -np.sqrt(0.91) * FLIGHT.throttle])
-    controls = np.column_stack([np.zeros((400, 3)), FLIGHT.throttle])
+    setpoint = TopicOf("vehicle_thrust_setpoint", FLIGHT.time_s, {"xyz": ("float", thrust * (0.5 if controls else 1))})
+    control = np.column_stack([np.zeros((400, 3)), FLIGHT.throttle])
     battery = {"voltage_v": ("float", 15 + 0 * FLIGHT.time_s), "current_a": ("float", FLIGHT.current_A)}
+    own = [TopicOf("actuator_controls_0", FLIGHT.time_s, {"control": ("float", control)})] if controls else []
     return [
-        TopicOf("vehicle_thrust_setpoint", FLIGHT.time_s, {"xyz": ("float", thrust)}),
-        TopicOf("actuator_controls_0", FLIGHT.time_s, {"control": ("float", controls)}),
+        *own,
+        setpoint,
         TopicOf("battery_status", FLIGHT.time_s, battery),
         TopicOf("actuator_armed", FLIGHT.time_s, {"armed": ("bool", ARMED)}),
     ]
@@ -89,7 +91,10 @@ def test_the_newest_formula_is_undone(kind: int, sparse: bool, tmp_path: Path) -
     x = FLIGHT.sensor_G(mounting)
     parameters = calibration.parameters(0, DEVICE, 100) | LEVEL | {"CAL_MAG_COMP_TYP": kind}
     parameters |= {"CAL_MAG0_ROLL": 15.0, "CAL_MAG0_PITCH": -20.0, "CAL_MAG0_YAW": 70.0}
-    topics = [vehicle_magnetometer(FLIGHT, calibration.newest(x, power, mounting), DEVICE), *power_topics()]
+    topics = [
+        vehicle_magnetometer(FLIGHT, calibration.newest(x, power, mounting), DEVICE),
+        *power_topics(controls=False),
+    ]
     contents = read(tmp_path, UlogOf([*topics, *([sensor_mag(x, 20)] if sparse else [])], parameters))
     assert_measured(contents)
     note = next(note for note in contents.notes if "undone in the body frame" in note)
@@ -98,12 +103,12 @@ def test_the_newest_formula_is_undone(kind: int, sparse: bool, tmp_path: Path) -
     assert contents.applied["0"].undone
 
 
-def test_the_throttle_of_releases_before_the_thrust_setpoint(tmp_path: Path) -> None:
+def test_the_throttle_of_releases_with_actuator_controls(tmp_path: Path) -> None:
     mounting = Rotation.identity()
     x = FLIGHT.sensor_G(mounting)
     body = CAL.newest(x, FLIGHT.throttle * ARMED, mounting)
     parameters = CAL.parameters(0, DEVICE, 0) | {"CAL_MAG_COMP_TYP": 1}
-    topics = [vehicle_magnetometer(FLIGHT, body, DEVICE), *power_topics()[1:]]
+    topics = [vehicle_magnetometer(FLIGHT, body, DEVICE), *power_topics(controls=True)]
     assert_measured(read(tmp_path, UlogOf(topics, parameters)))
     lacking = read(tmp_path, UlogOf([topics[0], topics[-1]], parameters))
     assert any("lacks the signal of the power compensation" in note for note in lacking.notes)
@@ -176,11 +181,11 @@ def test_the_calibration_of_the_driver_is_undone(kind: int, tmp_path: Path) -> N
     parameters = calibration.parameters(1, DEVICE, -1, new=False) | LEVEL | {"SENS_BOARD_ROT": 4}
     parameters |= {"CAL_MAG_PRIME": DEVICE, "CAL_MAG_COMP_TYP": kind}
     body = vehicle_magnetometer(FLIGHT, calibration.older(x, power, mounting), None)
-    contents = read(tmp_path, UlogOf([body, *power_topics()[1:]], parameters))
+    contents = read(tmp_path, UlogOf([body, *power_topics(controls=True)], parameters))
     assert_measured(contents)
     assert contents.magnetometer == "1"
     sensor = sensor_mag(calibration.driver(x))
-    assert_measured(read(tmp_path, UlogOf([sensor, body, *power_topics()[1:]], parameters)))
+    assert_measured(read(tmp_path, UlogOf([sensor, body, *power_topics(controls=True)], parameters)))
 
 
 def test_external_sensors_of_the_driver_are_not_levelled(tmp_path: Path) -> None:
