@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Set
 from typing import Any
 
@@ -27,6 +28,8 @@ READ: dict[str, tuple[str, ...]] = {
     ),
 }
 """Fields that are read under a recording's names, in all instances."""
+ANGLE = re.compile(r"\.(yaw|yaw_body|heading|cog_rad)$")
+"""Channels in radians that jump by a turn."""
 LEAST_SAMPLES = 2
 """Samples, in the order of time, below which a topic is an event."""
 
@@ -41,7 +44,7 @@ def channel_streams(log: ULog, used: Set[str], wanted: Wanted) -> dict[str, Stre
         rows, _ = ordered_rows(topic.times_s())
         columns = _columns(topic, used, wanted) if len(rows) >= LEAST_SAMPLES else {}
         if columns:
-            how = {own: Interpolation.HELD for own, values in columns.items() if values.dtype.kind != "f"}
+            how = {own: _interpolation(own, values) for own, values in columns.items()}
             at_rows = {own: values[rows] for own, values in columns.items()}
             streams[topic.label] = Stream(topic.times_s()[rows], at_rows, how)
     return streams
@@ -54,6 +57,13 @@ def _columns(topic: UlogTopic, used: Set[str], wanted: Wanted) -> dict[str, NDAr
     wished = {own: name for own, name in names.items() if "timestamp" not in name and own not in used and wanted(own)}
     columns = {own: topic.column(name) for own, name in wished.items()}
     return {own: values for own, values in columns.items() if _changes(values)}
+
+
+def _interpolation(name: str, values: NDArray[Any]) -> Interpolation:
+    """Return how a channel is carried: whole numbers and flags held, angles about the vertical across their jump."""
+    if values.dtype.kind != "f":
+        return Interpolation.HELD
+    return Interpolation.ANGLE_RAD if ANGLE.search(name) else Interpolation.LINEAR
 
 
 def _changes(values: NDArray[np.generic]) -> bool:

@@ -64,10 +64,7 @@ class LoggedSensor:
 def logged_sensors(log: ULog, state: ParameterState) -> list[LoggedSensor]:
     """Return the sensors: those that vehicle_magnetometer used most first."""
     main = _main_device(log, state)
-    bodies, instances = _bodies(log, main)
-    found: dict[int, LoggedSensor] = {
-        number: LoggedSensor(number, instances[number], body=body) for number, body in bodies.items()
-    }
+    found = _navigated_by(log, main)
     for topic in log.instances("sensor_mag"):
         if not {"x", "y", "z"} <= set(topic.names):
             continue
@@ -78,12 +75,7 @@ def logged_sensors(log: ULog, state: ParameterState) -> list[LoggedSensor]:
         samples = FieldSamples(sample_times_s(topic)[rows], topic.vectors("x", "y", "z")[rows])
         known = found.get(number, LoggedSensor(number))
         found[number] = replace(known, instance=topic.instance, sensor=topic, samples=samples)
-    if not found:
-        oldest = _oldest(log)
-        return [LoggedSensor(main or 0, body=oldest, source="sensor_combined")] if oldest else []
-    return sorted(
-        found.values(), key=lambda device: (device.number != main, -_rows(device.body), -_rows(device.samples))
-    )
+    return sorted(found.values(), key=lambda one: (one.number != main, -_rows(one.body), -_rows(one.samples)))
 
 
 def _main_device(log: ULog, state: ParameterState) -> int:
@@ -92,17 +84,15 @@ def _main_device(log: ULog, state: ParameterState) -> int:
     if body and "device_id" in body:
         values, counts = np.unique(body.column("device_id"), return_counts=True)
         return int(values[np.argmax(counts)])
-    if selection and "mag_device_id" in selection:
-        return int(selection.column("mag_device_id")[-1])
+    selected = int(selection.column("mag_device_id")[-1]) if selection and "mag_device_id" in selection else 0
     first = log.first("sensor_mag")
     own = int(first.column("device_id")[0]) if first and "device_id" in first else 0
-    return state.whole("CAL_MAG_PRIME") or own or state.whole("CAL_MAG0_ID")
+    return selected or state.whole("CAL_MAG_PRIME") or own or state.whole("CAL_MAG0_ID")
 
 
-def _bodies(log: ULog, main: int) -> tuple[dict[int, FieldSamples], dict[int, int]]:
-    """Return vehicle_magnetometer's samples by device, and the instance that gave them."""
-    found: dict[int, FieldSamples] = {}
-    instances: dict[int, int] = {}
+def _navigated_by(log: ULog, main: int) -> dict[int, LoggedSensor]:
+    """Return the sensors of vehicle_magnetometer, by number, with their samples; in the oldest logs the main sensor."""
+    found: dict[int, LoggedSensor] = {}
     for topic in log.instances("vehicle_magnetometer"):
         numbers = topic.column("device_id") if "device_id" in topic else np.full(len(topic), main)
         if "magnetometer_ga[2]" not in topic:
@@ -111,9 +101,10 @@ def _bodies(log: ULog, main: int) -> tuple[dict[int, FieldSamples], dict[int, in
         for number in np.unique(numbers)[:MOST_SENSORS].tolist():
             if number not in found:
                 rows = numbers == number
-                found[number] = FieldSamples(times_s[rows], field_G[rows])
-                instances[number] = topic.instance
-    return found, instances
+                body = FieldSamples(times_s[rows], field_G[rows])
+                found[number] = LoggedSensor(number, topic.instance, body=body)
+    oldest = None if found else _oldest(log)
+    return {main: LoggedSensor(main, body=oldest, source="sensor_combined")} if oldest else found
 
 
 def _oldest(log: ULog) -> FieldSamples | None:

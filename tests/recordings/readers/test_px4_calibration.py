@@ -207,7 +207,9 @@ def test_the_oldest_logs_hold_the_field_in_sensor_combined(tmp_path: Path) -> No
     fields |= {"magnetometer_ga": ("float", calibration.older(x, NO_POWER, YAW_180)[sample])}
     parameters = calibration.parameters(0, 262144, -1, new=False) | {"SENS_BOARD_ROT": 4, "CAL_MAG_PRIME": 262144}
     del parameters["CAL_MAG0_EN"]
-    assert_measured(read(tmp_path, UlogOf([TopicOf("sensor_combined", row_s, fields)], parameters)))
+    combined = TopicOf("sensor_combined", row_s, fields)
+    assert_measured(read(tmp_path, UlogOf([combined], parameters)))
+    assert_measured(read(tmp_path, UlogOf([combined, sensor_mag(calibration.driver(x), 20, 262144)], parameters)))
 
 
 def test_the_samples_tell_the_formula_where_the_parameters_do_not(tmp_path: Path) -> None:

@@ -103,6 +103,14 @@ def test_a_damaged_stretch_is_skipped(sync: bytes, tmp_path: Path) -> None:
     assert log.damaged == 300 + len(sync)
 
 
+def test_a_sample_of_another_length_is_damage(tmp_path: Path) -> None:
+    whole = LOG.bytes()
+    start = whole.index(message("S", SYNC))
+    log = read_ulog(log_file(tmp_path, whole[:start] + message("D", bytes(2) + bytes(range(100))) + whole[start:]))
+    assert len(log.topics["sensor_mag", 0]) == 60
+    assert log.damaged > 100
+
+
 def test_data_that_were_appended_after_a_crash(tmp_path: Path) -> None:
     """The flags give the offset at which messages begin anew behind a message that was cut off."""
     whole = bytearray(LOG.bytes())

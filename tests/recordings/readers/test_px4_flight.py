@@ -176,10 +176,13 @@ def test_power_of_an_older_log(tmp_path: Path) -> None:
 def test_every_other_number_is_a_channel_under_its_own_name(tmp_path: Path) -> None:
     real, whole = 5 * np.sin(SLOW_S), np.arange(len(SLOW_S)) // 10
     wind = TopicOf("wind", SLOW_S, {"windspeed": ("float", np.column_stack([real, 0 * real]))})
+    turn = TopicOf("trajectory_setpoint", SLOW_S, {"yaw": ("float", (SLOW_S + np.pi) % (2 * np.pi) - np.pi)})
     flags = TopicOf("telemetry_status", SLOW_S, {"rxerrors": ("uint32_t", whole)}, instance=1)
-    contents = read(tmp_path, wind, flags)
+    contents = read(tmp_path, wind, turn, flags)
     names = contents.table.column_names
     assert {"wind.windspeed[0]", "telemetry_status[1].rxerrors"} <= set(names)
     assert "wind.windspeed[1]" not in names
     errors = contents.table["telemetry_status[1].rxerrors"].to_numpy()
     np.testing.assert_array_equal(errors, np.floor(errors))
+    yaw = contents.table["trajectory_setpoint.yaw"].to_numpy() - contents.table["time_s"].to_numpy()
+    np.testing.assert_allclose(np.cos(yaw), 1, atol=1e-9)
