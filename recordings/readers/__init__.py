@@ -12,6 +12,7 @@ from recordings.readers.imagcdf import IMAGCDF
 from recordings.readers.mat import MAT
 from recordings.readers.netcdf import NETCDF
 from recordings.readers.parquet import PARQUET, is_parquet, parquet_errors_about
+from recordings.readers.phone import PHONE
 from recordings.readers.px4 import PX4
 from recordings.readers.ros import ROS
 from recordings.readers.text import TEXT
@@ -20,7 +21,10 @@ from scenarios.errors import InputError
 
 __all__ = ["FORMATS", "FileContents", "FileFormat", "is_parquet", "load", "parquet_errors_about"]
 
-FORMATS: tuple[FileFormat, ...] = (PARQUET, ARDUPILOT_LOG, TELEMETRY_LOG, PX4, ROS, NETCDF, IMAGCDF, MAT, IAGA, TEXT)
+FORMATS: tuple[FileFormat, ...] = (
+    *(PARQUET, ARDUPILOT_LOG, TELEMETRY_LOG, PX4, ROS),
+    *(NETCDF, IMAGCDF, MAT, PHONE, IAGA, TEXT),
+)
 """Every format, in the order of recognition: by content first, by the suffix alone last."""
 
 
@@ -52,7 +56,8 @@ def format_of(path: Path) -> FileFormat:
 
 def marked_file(path: Path) -> Path:
     """Return the file by which a directory is a log of some format, else the path itself."""
-    marked = (path / entry.marker for entry in FORMATS if entry.marker) if path.is_dir() else ()
+    markers = [entry.marker for entry in FORMATS if entry.marker] if path.is_dir() else []
+    marked = (file for marker in markers for file in sorted(path.glob(marker)))
     return next((file for file in marked if file.is_file()), path)
 
 

@@ -74,7 +74,8 @@ class FileFormat:
     read : (path, wanted, stream) -> the contents; a reader may return columns that are not wanted. `stream` names the
         magnetometer among several sensors, None where nobody said; formats of one sensor ignore it. Raises InputError
         for a file that is damaged or ragged, and for two columns of the same name.
-    marker : a file's name by which a directory is a log of the format, whose `path` is then this file; "" for none.
+    marker : a file's name, or a pattern with *, by which a directory is a log of the format, whose `path` is then this
+        file; "" for none.
     """
 
     name: str

@@ -25,7 +25,11 @@ def read(path: Path, wanted: Wanted, stream: str | None = None) -> FileContents:
 
     stream : the word of the magnetometer's lines, where a word of each line tells its sensor.
     """
-    text = text_of(path)
+    return read_decoded(path, text_of(path), wanted, stream)
+
+
+def read_decoded(path: Path, text: EncodedText, wanted: Wanted, stream: str | None = None) -> FileContents:
+    """Return the wanted columns of a text log that was read already; messages call the file `path`."""
     if not is_text(b"".join(text.head())):
         raise InputError("is not a text table", where=str(path), do=CONVERT)
     quoted = b'"' in text.data

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import zipfile
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -105,6 +106,22 @@ def write_ulog(recording: Recording, path: Path) -> None:
     path.write_bytes(UlogOf(topics).bytes())
 
 
+def write_phone(recording: Recording, path: Path) -> None:
+    """Sensor Logger's archive of an Android, axes in the order z, y, x."""
+    tables = {
+        "MagnetometerUncalibrated": recording.mag_nT / 1e3,
+        "Gyroscope": np.atleast_2d(recording.gyro_rad_s),
+        "TotalAcceleration": np.atleast_2d(recording.accel_m_s2),
+    }
+    with zipfile.ZipFile(path, "w") as file:
+        for name, values in tables.items():
+            rows = [
+                f"{1_714_564_800 * 10**9 + round(1e9 * t)},{t!r},{z!r},{y!r},{x!r}"
+                for t, (x, y, z) in zip(recording.time_s.tolist(), values.tolist(), strict=True)
+            ]
+            file.writestr(f"{name}.csv", "\n".join(["time,seconds_elapsed,z,y,x", *rows]) + "\n")
+
+
 EXAMPLES: dict[str, Callable[[Recording, Path], None]] = {
     "Parquet": write_recording,
     "MAVLink telemetry": write_telemetry,
@@ -113,6 +130,7 @@ EXAMPLES: dict[str, Callable[[Recording, Path], None]] = {
     "ImagCDF": write_imagcdf,
     "MATLAB": write_mat,
     "ULog": write_ulog,
+    "phone recording": write_phone,
     "IAGA-2002": write_iaga,
     "CSV": write_recording,
     "ROS bag": write_ros,
@@ -128,6 +146,7 @@ PARTS: dict[str, tuple[str, ...]] = {
     "netCDF": NUMBERS,
     "ImagCDF": ("time_s", *mag_names()),
     "MATLAB": NUMBERS,
+    "phone recording": ("time_s", *mag_names(), *GYRO, *ACCEL),
     "IAGA-2002": ("time_s", *mag_names()),
     "ULog": tuple(name for name in NUMBERS if name not in (*ATTITUDE, "wheel_rad_s")),
     "ROS bag": ("time_s", *mag_names(), *GYRO, *ACCEL, "temperature_degC"),

@@ -1,0 +1,92 @@
+"""Phones: what Sensor Logger and phyphox export, a zip archive or a directory with one table a sensor."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from recordings.channels import LATITUDE, LONGITUDE
+from recordings.readers.base import FileContents, FileFormat, Wanted
+from recordings.readers.navigation import median_place
+from recordings.readers.packages import ZIP, TablePackage, archive, directory
+from recordings.readers.phone_tables import (
+    GYROS,
+    LOCATION,
+    MAGNETOMETERS,
+    SENSORS,
+    PhoneTables,
+    attitude,
+    location,
+    recorded_on,
+    specific_force,
+)
+from recordings.readers.vehicle_log import VehicleLog, vector_columns
+from recordings.streams import Stream
+from scenarios.errors import InputError
+
+NAMES = {name for names in MAGNETOMETERS.values() for name in names}
+"""Names of a magnetometer's table, in lower case without suffix."""
+META = "meta"
+"""phyphox' folder of what is no measurement."""
+_AXES = "the phone's axes as logged are the body frame: x right, y up the screen, z out of the screen"
+_UNDO = {
+    "uncalibrated": "the magnetometer is without the phone's own calibration: nothing to be undone",
+    "calibrated": "the magnetometer may have been calibrated by the phone: its bias is not logged, nothing was undone",
+}
+
+
+def _recognises(path: Path, head: bytes) -> bool:
+    try:
+        package = _package(path) if head.startswith(ZIP) or _stands_beside(path) else None
+    except InputError:
+        return False
+    found = set() if package is None else {name for folder in package.folders for name in package.tables(folder)}
+    return bool(found & NAMES) and (head.startswith(ZIP) or len(found & SENSORS) > 1)
+
+
+def _stands_beside(path: Path) -> bool:
+    """Return whether a file is a magnetometer's table, as directories of Sensor Logger and phyphox hold."""
+    return path.suffix.lower() == ".csv" and path.stem.lower() in NAMES - {"raw data"}
+
+
+def _package(path: Path) -> TablePackage:
+    return directory(path.parent) if _stands_beside(path) else archive(path)
+
+
+def _read(path: Path, wanted: Wanted, stream: str | None) -> FileContents:
+    """Return the uncalibrated magnetometer, or the calibrated, with the other sensors at its times."""
+    package = _package(path)
+    package.check_size()
+    folder = package.folder_of(NAMES)
+    phone = PhoneTables(package, package.tables(folder), package.tables(f"{folder}/{META}".lstrip("/")))
+    fields = {name: phone.vectors("mag", *names) for name, names in MAGNETOMETERS.items()}
+    sensors = {
+        name: Stream(found[0], vector_columns("mag", found[1])) for name, found in fields.items() if found is not None
+    }
+    if not sensors:
+        what = "holds no table with times and x, y, z of a magnetometer"
+        raise InputError(what, where=str(path), do="record the magnetometer, and export it as CSV")
+    streams = _streams(phone)
+    fixes = streams[LOCATION].columns if LOCATION in streams else {}
+    place = median_place(fixes[LATITUDE], fixes[LONGITUDE]) if fixes else None
+    main = next((name for name in sensors if stream and name == stream.lower()), next(iter(sensors)))
+    notes = (_AXES, _UNDO[main], *phone.notes)
+    log = VehicleLog(sensors, streams, notes, place=place, date=recorded_on(phone))
+    return log.contents(path, wanted, stream)
+
+
+def _streams(phone: PhoneTables) -> dict[str, Stream]:
+    """Return gyro, specific force, orientation and fixes, as far as recorded."""
+    rate, force = phone.vectors("gyro", *GYROS), specific_force(phone)
+    found = {"gyro": rate, "accel": force}
+    own = {name: Stream(one[0], vector_columns(name, one[1])) for name, one in found.items() if one is not None}
+    return {**own, **attitude(phone, force), **location(phone)}
+
+
+PHONE = FileFormat(
+    name="phone recording",
+    suffixes=(".zip",),
+    summary="what Sensor Logger or phyphox exports",
+    recognises=_recognises,
+    read=_read,
+    marker="[Mm]agnetometer*.csv",
+)
