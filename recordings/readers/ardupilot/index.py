@@ -6,6 +6,7 @@ format (a character a value) and the names of the values of every type [ArduPilo
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -29,8 +30,10 @@ CODES = {
 """numpy's type of each format character."""
 SCALES = {"c": 1e-2, "C": 1e-2, "e": 1e-2, "E": 1e-2, "L": 1e-7}
 """The unit of one count, for the characters of fixed-point numbers."""
-BLOCK = 1 << 24
+BLOCK = 1 << 22
 """Bytes that are searched for messages at a time."""
+MOST_DEFINITIONS = 1 << 14
+"""Messages of layouts that are looked at: logs hold some hundreds."""
 _NAME, _LABEL = re.compile(r"[A-Z0-9]{1,4}"), re.compile(r"\w+", re.ASCII)
 
 
@@ -53,7 +56,8 @@ class MessageLayout:
 def layouts_of(data: Bytes) -> dict[int, MessageLayout]:
     """Return the layout of every type that a log defines, by its number; the first of two definitions counts."""
     found: dict[int, MessageLayout] = {}
-    for start in (start for heads in _heads(data) for start in heads[data[heads + 2] == FMT].tolist()):
+    starts = (start for heads in _heads(data) for start in heads[data[heads + 2] == FMT].tolist())
+    for start in itertools.islice(starts, MOST_DEFINITIONS):
         body = data[start + 3 : start + FMT_LENGTH].tobytes()
         if len(body) == FMT_LENGTH - 3 and body[0] not in found and (layout := _layout(body)):
             found[body[0]] = layout
@@ -67,10 +71,16 @@ def message_starts(data: Bytes, layouts: dict[int, MessageLayout]) -> tuple[dict
     """
     lengths = np.zeros(256, np.int64)
     lengths[list(layouts)] = [layout.length for layout in layouts.values()]
-    heads = np.concatenate([np.zeros(0, np.int64), *_heads(data)])
-    heads = heads[(lengths[data[heads + 2]] > 0) & (heads + lengths[data[heads + 2]] <= len(data))]
-    ends = heads + lengths[data[heads + 2]]
-    starts = heads[_chain(np.searchsorted(heads, ends))]
+    found, end = [np.zeros(0, np.int64)], 0
+    for heads in _heads(data):
+        spans = lengths[data[heads + 2]]
+        kept = (spans > 0) & (heads >= end) & (heads + spans <= len(data))
+        heads, ends = heads[kept], (heads + spans)[kept]
+        reached = _chain(np.searchsorted(heads, ends))
+        found.append(heads[reached])
+        end = int(ends[reached][-1]) if len(ends) else end
+    starts = np.concatenate(found)
+    found.clear()  # the places of a large log count
     types = data[starts + 2]
     return {number: starts[types == number] for number in layouts}, len(data) - int(np.sum(lengths[types]))
 
@@ -84,13 +94,10 @@ def _heads(data: Bytes) -> Iterator[Starts]:
 
 def _chain(following: Starts) -> NDArray[np.bool_]:
     """Return which of n places are reached from the first, where `following` (n,) gives the place after each."""
-    reached = bytearray(len(following))
-    place = 0
-    for first in range(0, len(following), BLOCK):
-        steps = following[first : first + BLOCK].tolist()
-        while place < first + len(steps):
-            reached[place] = 1
-            place = steps[place - first]
+    steps, reached, place = following.tolist(), bytearray(len(following)), 0
+    while place < len(steps):
+        reached[place] = 1
+        place = steps[place]
     return np.frombuffer(reached, np.bool_)
 
 

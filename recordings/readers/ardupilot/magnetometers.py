@@ -46,7 +46,8 @@ class Compass:
 
 def compasses_of(log: Dataflash, parameters: Parameters) -> dict[str, Compass]:
     """Return the compasses by their number, as the autopilot orders them; a compass in use comes first."""
-    found = {place: rows for place, rows in log.instances("MAG").items() if _measures(rows)}
+    logged = {place: rows for place, rows in log.instances("MAG").items() if place + 1 in COMPASSES}
+    found = {place: rows for place, rows in logged.items() if _measures(rows)}
     numbers = {place: compass_of(parameters, place) for place in found}
     ordered = sorted(found, key=lambda place: (not parameters.get(_used(numbers[place]), 1.0), place))
     return {str(place + 1): _compass(log, found[place], parameters, numbers[place]) for place in ordered}

@@ -7,7 +7,9 @@ the sender, the message's number, the payload, of which version 2 leaves out zer
 
 from __future__ import annotations
 
+import itertools
 import re
+from array import array
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -82,7 +84,8 @@ def frames_of(data: Bytes, messages: Mapping[int, Any]) -> tuple[dict[Sender, di
 
     messages : by its number, a message as pymavlink describes it.
     """
-    places = np.array(list(_places(data)), np.int64).reshape(-1, 6)
+    numbers = array("q", itertools.chain.from_iterable(_places(data)))
+    places = np.frombuffer(numbers, np.int64).reshape(-1, 6)
     found: dict[Sender, dict[str, Frames]] = {}
     damaged = 0
     keys = places[:, 2:5]
