@@ -23,6 +23,7 @@ from calib.result import OFFSET_NAMES
 from recordings import Recording
 from scenarios.arrays import Array
 from validation.cross_validation.claimed_std import claim_of
+from validation.rechecking.noise import WanderingFit, larger
 
 LARGEST = 0.5
 """Standard deviation of d, E and k before the log is looked at, in units of the field: what a motion does not determine
@@ -121,6 +122,7 @@ def estimate_change(
         values[3:9] = reference.strength_nT * (S - np.eye(3))[np.triu_indices(3)]
     values, covariance, misfit, static = _solved(problem, values)
     covariance = _honest(problem, values, covariance, replace(used, mag_nT=static), misfit, reference)
+    covariance = _with_wandering(problem, values, covariance)
     rms = float(np.sqrt(np.mean(misfit**2)))
     return ChangeEstimate(values, covariance, problem.slots, reference.strength_nT, named, means, rms)
 
@@ -191,6 +193,17 @@ def _honest(
     claim = claim_of(claimed, static, reference, legs_of(static))
     factor = claim.ratio**2 if claim is not None and claim.ratio > claim.limit else 1.0
     return np.asarray(factor * claimed.covariance * np.outer(unit, unit))
+
+
+def _with_wandering(problem: _Problem, values: Array, covariance: Array) -> Array:
+    """Return the covariance, enlarged where noise wanders, on the sensor's axes or in the field's strength."""
+    misfit, J, _ = problem.linear(values)
+    prior = np.eye(problem.size) * float(np.mean(misfit**2)) / (LARGEST * problem.strength_nT) ** 2
+    across = J[:, :, :3]
+    ways = [across] if problem.known is not None else [across, np.ones((*misfit.shape, 1))]
+    for a in ways:
+        covariance = larger(covariance, WanderingFit(J, a, misfit).covariance(prior))
+    return covariance
 
 
 def of_old(old: Calibration, estimate: ChangeEstimate) -> Array:

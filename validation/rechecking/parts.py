@@ -8,6 +8,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from calib import Calibration
+from calib.observability import MAX_STD_FRACTION
 from scenarios.arrays import Array
 from validation.rechecking.change import ChangeEstimate
 from validation.rechecking.heading import anywhere, heading_columns
@@ -67,10 +68,17 @@ def changed_parts(
     limit = FALSE_ALARM / (len(wanted) + 1)
     level, angle = heading_columns(estimate, dip_rad), anywhere(estimate, dip_rad)
     found = [_change(one, limit, estimate.values, covariance, level, angle) for one in wanted]
-    joint = _joint(wanted, estimate.values, covariance, unit)
+    joint = None if _separated(estimate) else _joint(wanted, estimate.values, covariance, unit)
     if any(part.significant for part in found if part.what != SCALE) or joint is None:
         return tuple(found)
     return (*found, _change(joint, limit, estimate.values, covariance, level, angle))
+
+
+def _separated(estimate: ChangeEstimate) -> bool:
+    """Return whether the motion determines offset and soft iron each, as well as an accepted calibration does."""
+    both = slice(0, 3 + estimate.entries)
+    worst_nT2 = float(np.linalg.eigvalsh(estimate.covariance[both, both])[-1])
+    return worst_nT2 < (MAX_STD_FRACTION * estimate.strength_nT) ** 2
 
 
 def motors_seen(estimate: ChangeEstimate) -> bool:
