@@ -78,7 +78,9 @@ class Instrument:
         mag += self.noise_nT * noise
         if self.step_nT:
             mag = self.step_nT * np.round(mag / self.step_nT)
-        return Recording(t, mag, accel_m_s2=turn.apply([0.0, 0.0, 9.81]), current_A=current_A[:, None])
+        return Recording(
+            t, np.asarray(mag, dtype=np.float64), accel_m_s2=turn.apply([0.0, 0.0, 9.81]), current_A=current_A[:, None]
+        )
 
 
 def heading_error_deg(old: Calibration, old_is: Instrument, new: Instrument) -> float:
@@ -95,7 +97,7 @@ def heading_error_deg(old: Calibration, old_is: Instrument, new: Instrument) -> 
 
 def _heading(turn: Rotation, old: Calibration, one: Instrument, h: Array) -> Array:
     level = turn.apply((h @ one.soft.T + one.offset_nT - old.offset_nT) @ old.matrix.T)
-    return np.degrees(np.arctan2(level[:, 0], level[:, 1]))
+    return np.asarray(np.degrees(np.arctan2(level[:, 0], level[:, 1])))
 
 
 def at_tolerance(rng: np.random.Generator, exact: Calibration, now: Instrument) -> Instrument:

@@ -20,7 +20,7 @@ FLOORS = (
     {"axes"},
     {"screening"},
     {"scoring", "calibrating", "inspection", "cross_validation"},
-    {"bound", "comparison", "rechecking"},
+    {"bound", "comparison", "rechecking", "known_figures"},
     {"gates", "planning"},
     {"assessment"},
 )

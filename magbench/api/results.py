@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from validation.calibrating.calibrator_entry import CalibratorEntry
     from validation.calibrating.output_unit import OutputUnit
     from validation.cross_validation.claimed_std import Claim
+    from validation.known_figures.figures import KnownFigure
 
 
 class Displayed(ABC):
@@ -127,6 +128,15 @@ class Calibrations(dict[str, CalibrationResult]):
         from validation.assessment.assessment import assess
 
         return assess(self, self.screening, self.reference, tolerance_deg)
+
+    def known_figures(self) -> dict[str, tuple[KnownFigure, ...]]:
+        """The figures of other programs, with their limits, on the recording of each calibration."""
+        from validation.known_figures import known_figures
+
+        parts = {name: fit.recording for name, fit in self.items()}
+        alone = self.recording.array_mag_nT is None
+        seen = {name: self.recording if alone else part for name, part in parts.items()}
+        return {name: known_figures(fit, seen[name], self.reference) for name, fit in self.items()}
 
 
 class RunResult(Outcome, Displayed):

@@ -35,6 +35,10 @@ UnitOut = Annotated[
         help="Offset and matrix also in uT, mG, ..., counts=NT_A_COUNT, or `log`: as --unit or --map states.",
     ),
 ]
+AskOthers = Annotated[
+    bool,
+    typer.Option("--others", help="Also the figures of ArduPilot, MAGFit, Betaflight, MotionCal, NXP on this log."),
+]
 Tolerance = Annotated[
     float | None,
     typer.Option(
@@ -66,6 +70,7 @@ def command(
     unit_out: UnitOut = None,
     worth: AskWorth = False,
     tolerance_deg: Tolerance = None,
+    others: AskOthers = False,
     json: Json = False,
 ) -> None:
     """Calibrate a recording; print how good the result is, offset and matrix; by default by sphere and ellipsoid.
@@ -106,11 +111,13 @@ def command(
         gains = cross_validation(
             found.recording, found.reference.strength_nT, field_enu_nT=found.reference.field_enu_nT
         )
-    _show(found, gains, found.assessed(tolerance_deg), json)
+    _show(found, gains, found.assessed(tolerance_deg), json, others=others)
     end_with(not_applicable(found) if named else [], refused)
 
 
-def _show(found: Calibrations, gains: Sequence[CrossValidation] | None, assessment: Assessment, json: bool) -> None:
+def _show(
+    found: Calibrations, gains: Sequence[CrossValidation] | None, assessment: Assessment, json: bool, *, others: bool
+) -> None:
     """The verdict, the calibrations, faults of the sensor, contradicted claims, and where asked what is worth it."""
     from magbench.console import emit, show_text
     from magbench.tables import show_calibrations, show_in_unit
@@ -120,7 +127,8 @@ def _show(found: Calibrations, gains: Sequence[CrossValidation] | None, assessme
 
     claims = found.claims()
     if json:
-        emit(_summary(found, gains, assessment, claims))
+        known = {"known_figures": _known_summary(found)} if others else {}
+        emit(_summary(found, gains, assessment, claims) | known)
         return
     show_text("\n".join(lines(assessment)) + "\n")
     show_calibrations(found)
@@ -128,6 +136,22 @@ def _show(found: Calibrations, gains: Sequence[CrossValidation] | None, assessme
         show_in_unit(found, found.unit)
     for line in (*screening_lines(found.screening), *claim_lines(claims), *(headline(one) for one in gains or ())):
         show_text(line)
+    if others:
+        _show_known(found)
+
+
+def _known_summary(found: Calibrations) -> dict[str, object]:
+    return {name: [one.summary() for one in known] for name, known in found.known_figures().items()}
+
+
+def _show_known(found: Calibrations) -> None:
+    """The figures of other programs, a table a calibration."""
+    from magbench.console import show_table
+    from validation.known_figures.figures import HEADS
+
+    for name, known in found.known_figures().items():
+        if known:
+            show_table(f"{name}: figures of other programs", HEADS, [one.row() for one in known], numbers=False)
 
 
 def _summary(

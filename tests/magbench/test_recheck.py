@@ -69,6 +69,18 @@ def test_a_log_in_counts_is_judged_by_a_calibration_in_counts(place: Path) -> No
     assert found.verdict == "changed"
 
 
+def test_calibrate_prints_the_figures_of_other_programs(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = ["calibrate", str(place / "same.parquet"), *FIELD, "--with", "ellipsoid", "--others"]
+    assert main(arguments) == 0
+    assert "fitness" in capsys.readouterr().out
+    assert main([*arguments, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)["known_figures"]["ellipsoid"]
+    assert {one["program"] for one in told} == {"ArduPilot", "MAGFit", "Betaflight", "MotionCal", "NXP"}
+    (fitness,) = [one for one in told if one["name"] == "fitness"]
+    assert fitness["value"] == pytest.approx(0.5, abs=0.1)  # white noise of 50 nT
+    assert fitness["passes"]
+
+
 def test_a_result_has_a_table_and_a_picture(place: Path) -> None:
     found = magbench.recheck(place / "calibration.json", place / "same.parquet", field_enu_nT=FIELD_ENU_NT)
     assert list(found.to_frame()["part"]) == [one.what for one in found.parts]

@@ -69,7 +69,7 @@ class WanderingFit:
 
     def _seen(self, columns: Array) -> Array:
         """Return a^T columns (n, k, p)."""
-        return np.einsum("nrk,nrp->nkp", self.a, columns)
+        return np.asarray(np.einsum("nrk,nrp->nkp", self.a, columns))
 
     def _expected(self, x: Array, outer: Array, inverse: Array, tau: float, lags: Array, pairs: Array) -> Array:
         """Return sums over pairs at each lag of the residuals' covariance M C M, for noise of unit power.
