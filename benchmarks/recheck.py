@@ -64,23 +64,30 @@ class Instrument:
     def log(self, rng: np.random.Generator) -> Recording:
         """Return a log: a turn with swinging roll and pitch."""
         t = 0.1 * np.arange(self.samples)
-        phases = rng.uniform(0, 2 * np.pi, 2)
+        turn = self._turn(t, rng)
+        current_A = 5.0 + 5.0 * np.sin(2 * np.pi * t / 7.3 + rng.uniform(0, 6))
+        mag = turn.apply(FIELD_ENU_NT) @ self.soft.T + self.offset_nT + np.outer(current_A, self.motor_nT_A)
+        mag += self.noise_nT * self._noise(rng)
+        if self.step_nT:
+            mag = self.step_nT * np.round(mag / self.step_nT)
+        up = turn.apply([0.0, 0.0, 9.81])
+        return Recording(t, np.asarray(mag, dtype=np.float64), accel_m_s2=up, current_A=current_A[:, None])
+
+    def _turn(self, t: Array, rng: np.random.Generator) -> Rotation:
+        """Return the attitudes, world to body."""
         radians = np.radians(self.tilt_deg)
+        phases = rng.uniform(0, 2 * np.pi, 2)
         swings = [radians * np.sin(2 * np.pi * t / p + q) for p, q in zip((13.0, 31.0), phases, strict=True)]
-        turn = Rotation.from_euler("ZYX", np.column_stack([2 * np.pi * t / 20.0, swings[0], 2 * swings[1]])).inv()
+        return Rotation.from_euler("ZYX", np.column_stack([2 * np.pi * t / 20.0, swings[0], 2 * swings[1]])).inv()
+
+    def _noise(self, rng: np.random.Generator) -> Array:
+        """Return noise of unit variance: white, and a part that wanders within thirty samples."""
         wander = np.zeros((self.samples, 3))
         kicks = np.sqrt(1 - np.exp(-2 / 30)) * rng.standard_normal((self.samples, 3))
         for i in range(1, self.samples):
             wander[i] = np.exp(-1 / 30) * wander[i - 1] + kicks[i]
-        noise = np.sqrt(1 - self.wandering) * rng.standard_normal((self.samples, 3)) + np.sqrt(self.wandering) * wander
-        current_A = 5.0 + 5.0 * np.sin(2 * np.pi * t / 7.3 + rng.uniform(0, 6))
-        mag = turn.apply(FIELD_ENU_NT) @ self.soft.T + self.offset_nT + np.outer(current_A, self.motor_nT_A)
-        mag += self.noise_nT * noise
-        if self.step_nT:
-            mag = self.step_nT * np.round(mag / self.step_nT)
-        return Recording(
-            t, np.asarray(mag, dtype=np.float64), accel_m_s2=turn.apply([0.0, 0.0, 9.81]), current_A=current_A[:, None]
-        )
+        white = rng.standard_normal((self.samples, 3))
+        return np.asarray(np.sqrt(1 - self.wandering) * white + np.sqrt(self.wandering) * wander)
 
 
 def heading_error_deg(old: Calibration, old_is: Instrument, new: Instrument) -> float:
@@ -122,7 +129,6 @@ def answers(seed: int) -> dict[str, Recheck]:
     quiet = Instrument(now.soft, now.offset_nT, np.zeros(3), *now._rest()[1:])
     clean = Instrument(now.soft, now.offset_nT, np.zeros(3), 0.0, 0.0, 0.0, 1500, 70.0)
     exact, fitted = (get("ellipsoid").fit(one.log(rng), STRENGTH) for one in (clean, quiet))
-    axes, _ = np.linalg.qr(rng.standard_normal((3, 3)))
     found = {
         "unchanged": recheck(exact, quiet.log(rng), STRENGTH),
         "unchanged, fitted": recheck(fitted, quiet.log(rng), STRENGTH),
@@ -130,11 +136,19 @@ def answers(seed: int) -> dict[str, Recheck]:
     }
     if now.motor_nT_A.any():
         found["motors"] = recheck(exact, now.log(rng), STRENGTH)
-    (offset,) = [part for part in found["unchanged"].parts if part.what == OFFSET]
-    sizes = {"two deviations": 2.0 * float(np.linalg.norm(offset.std)), "as stated": found["unchanged"].found_nT}
-    for (what, size_nT), axis in zip(sizes.items(), axes[:2], strict=True):
-        found[what] = recheck(exact, quiet.changed(size_nT * axis, np.zeros((3, 3))).log(rng), STRENGTH)
-    return found
+    return found | _of_sizes(found["unchanged"], exact, quiet, rng)
+
+
+def _of_sizes(
+    unchanged: Recheck, exact: Calibration, quiet: Instrument, rng: np.random.Generator
+) -> dict[str, Recheck]:
+    """Return the answers on an offset moved by two standard deviations, and by what the log states to find."""
+    (offset,) = [part for part in unchanged.parts if part.what == OFFSET]
+    sizes = {"two deviations": 2.0 * float(np.linalg.norm(offset.std)), "as stated": unchanged.found_nT}
+    axes, _ = np.linalg.qr(rng.standard_normal((3, 3)))
+    moved = {what: size * axis for (what, size), axis in zip(sizes.items(), axes[:2], strict=True)}
+    logs = {what: quiet.changed(offset_nT, np.zeros((3, 3))).log(rng) for what, offset_nT in moved.items()}
+    return {what: recheck(exact, log, STRENGTH) for what, log in logs.items()}
 
 
 def main(logs: int = LOGS, seed: int = SEED) -> None:

@@ -83,7 +83,6 @@ def command(
     Example: magbench calibrate log.csv --map mag_x_nT=bx,unit=uT --with ellipsoid --field-strength-nT 48152
     """
     from magbench.api.calibrate import calibrate
-    from magbench.api.cross_validate import worth as cross_validation
     from magbench.console import end_with
     from validation.calibrating.calibration_file import RefusedExportsError
     from validation.calibrating.fitting import not_applicable
@@ -106,13 +105,14 @@ def command(
         )
     except RefusedExportsError as error:
         found, refused = error.calibrations, error
-    gains = None
-    if worth:
-        gains = cross_validation(
-            found.recording, found.reference.strength_nT, field_enu_nT=found.reference.field_enu_nT
-        )
-    _show(found, gains, found.assessed(tolerance_deg), json, others=others)
+    _show(found, _gains(found) if worth else None, found.assessed(tolerance_deg), json, others=others)
     end_with(not_applicable(found) if named else [], refused)
+
+
+def _gains(found: Calibrations) -> Sequence[CrossValidation]:
+    from magbench.api.cross_validate import worth
+
+    return worth(found.recording, found.reference.strength_nT, field_enu_nT=found.reference.field_enu_nT)
 
 
 def _show(
