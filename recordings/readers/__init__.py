@@ -62,9 +62,9 @@ def marked_file(path: Path) -> Path:
 
 
 def _unknown(path: Path) -> InputError:
-    """Return the error for a file of no known format: the formats by name, and how to get a file in one of them."""
+    """Return the error for a file of no known format: the formats, and what a file of this suffix would be."""
     names = [entry.name for entry in FORMATS]
-    files = [f"{entry.summary} ({', '.join(entry.suffixes)})" for entry in FORMATS]
+    meant = [entry.summary for entry in FORMATS if path.suffix.lower() in entry.suffixes]
+    suffixes = ", ".join(suffix for entry in FORMATS for suffix in entry.suffixes)
     what = f"is neither {', '.join(names[:-1])} nor {names[-1]}"
-    do = f"give {', '.join(files[:-1])} or {files[-1]}"
-    return InputError(what, where=str(path), do=do)
+    return InputError(what, where=str(path), do=f"give {' or '.join([*meant, f'a log of these ({suffixes})'])}")
