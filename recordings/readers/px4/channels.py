@@ -28,26 +28,38 @@ READ: dict[str, tuple[str, ...]] = {
     ),
 }
 """Fields that are read under a recording's names, in all instances."""
+MOST_CHANNELS, MOST_VALUES = 5_000, 40_000_000
+"""Channels, and values of all channels (320 MB), beyond which others are left out; logs of PX4 have below 2000."""
+CAUSES = ("battery", "esc", "actuator", "sensor", "vehicle_imu", "vehicle_thrust", "system_power", "cpuload")
+"""Topics that come first, since they tell what may disturb a magnetometer."""
 ANGLE = re.compile(r"\.(yaw|yaw_body|heading|cog_rad)$")
 """Channels in radians that jump by a turn."""
 LEAST_SAMPLES = 2
 """Samples, in the order of time, below which a topic is an event."""
 
 
-def channel_streams(log: ULog, used: Set[str], wanted: Wanted) -> dict[str, Stream]:
-    """Return the numeric fields that change as channels `topic.field`, `topic[1].field` of later instances.
+def channel_streams(log: ULog, used: Set[str], wanted: Wanted, samples: int) -> tuple[dict[str, Stream], str]:
+    """Return the numeric fields that change as channels, and a note of those beyond the limits.
 
-    used : names of fields that are read already. Real numbers are interpolated; whole numbers and flags are held.
+    Channels are `topic.field`, of later instances `topic[1].field`. used : names of fields that are read already.
+    samples : of the magnetometer, to whose times the channels come. Real numbers are interpolated; whole numbers and
+    flags are held.
     """
+    most = min(MOST_CHANNELS, MOST_VALUES // max(samples, 1))
     streams: dict[str, Stream] = {}
-    for topic in log.topics.values():
+    found = 0
+    for topic in sorted(log.topics.values(), key=lambda topic: not topic.name.startswith(CAUSES)):
         rows, _ = ordered_rows(topic.times_s())
         columns = _columns(topic, used, wanted) if len(rows) >= LEAST_SAMPLES else {}
-        if columns:
-            how = {own: _interpolation(own, values) for own, values in columns.items()}
-            at_rows = {own: values[rows] for own, values in columns.items()}
-            streams[topic.label] = Stream(topic.times_s()[rows], at_rows, how)
-    return streams
+        kept = {own: columns[own][rows] for own in list(columns)[: max(most - found, 0)]}
+        found += len(columns)
+        if kept:
+            how = {own: _interpolation(own, values) for own, values in kept.items()}
+            streams[topic.label] = Stream(topic.times_s()[rows], kept, how)
+    return (
+        streams,
+        f"{found - most} of {found} channels left out: more than memory is meant for" if found > most else "",
+    )
 
 
 def _columns(topic: UlogTopic, used: Set[str], wanted: Wanted) -> dict[str, NDArray[Any]]:

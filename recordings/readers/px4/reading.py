@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -37,18 +38,23 @@ def _contents(path: Path, wanted: Wanted, stream: str | None) -> FileContents:
     chosen = next((one for one in found if stream and one.name == stream.lower()), found[0])
     motion, moved, read = motion_streams(log, chosen.sensor)
     power, powered, used = power_streams(log)
-    others = channel_streams(log, used | read, wanted)
+    others, beyond = channel_streams(log, used | read, wanted, len(chosen.stream.times_s))
     place, date = place_and_date(log)
     vehicle = VehicleLog(
         {one.name: one.stream for one in found},
         others | power | motion,
-        (*_about(log), *chosen.notes, *(note for name, note in (moved | powered).items() if note and wanted(name))),
+        (*_about(log), *chosen.notes, *_about_columns(moved | powered, wanted), *([beyond] if beyond else [])),
         frame="frd",
         place=place,
         date=date,
         applied={one.name: one.applied for one in found},
     )
     return vehicle.contents(path, wanted, stream)
+
+
+def _about_columns(notes: Mapping[str, str], wanted: Wanted) -> list[str]:
+    """Return the notes of wanted columns, by column; an empty note says nothing."""
+    return [note for name, note in notes.items() if note and wanted(name)]
 
 
 def _about(log: ULog) -> list[str]:

@@ -186,3 +186,14 @@ def test_every_other_number_is_a_channel_under_its_own_name(tmp_path: Path) -> N
     np.testing.assert_array_equal(errors, np.floor(errors))
     yaw = contents.table["trajectory_setpoint.yaw"].to_numpy() - contents.table["time_s"].to_numpy()
     np.testing.assert_allclose(np.cos(yaw), 1, atol=1e-9)
+
+
+def test_channels_beyond_the_limit_are_left_out_and_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The topics that may disturb a magnetometer come first."""
+    monkeypatch.setattr("recordings.readers.px4.channels.MOST_CHANNELS", 3)
+    values = np.sin(SLOW_S)[:, None] * np.arange(1, 4)
+    topics = [TopicOf(name, SLOW_S, {"x": ("float", values)}) for name in ("estimator_states", "system_power")]
+    contents = read(tmp_path, *topics)
+    assert "system_power.x[2]" in contents.table.column_names
+    assert "estimator_states.x[0]" not in contents.table.column_names
+    assert any(note.startswith("3 of 6 channels left out") for note in contents.notes)
