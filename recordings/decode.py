@@ -43,6 +43,11 @@ def seconds_of(column: pa.ChunkedArray) -> Array:
     return np.asarray(ticks.to_numpy() / _PER_SECOND[column.type.unit])
 
 
+def start_of(column: pa.ChunkedArray) -> float:
+    """Return seconds since 1970 of the first of a column of timestamps; those without a zone count as UTC."""
+    return float(column.drop_null()[0].value) / _PER_SECOND[column.type.unit]
+
+
 def words_of(column: pa.ChunkedArray) -> NDArray[np.str_]:
     """Return the column as text (n,), empty for an empty cell; NotNumbersError for a cell that is no word."""
     if pa.types.is_dictionary(column.type):

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from recordings.body_frame import turned
 from recordings.columns import RUN, group_of, is_truth, mag_names, numbers
-from recordings.decode import NotNumbersError, is_empty, is_timestamp, numbers_of, seconds_of, words_of
+from recordings.decode import NotNumbersError, is_empty, is_timestamp, numbers_of, seconds_of, start_of, words_of
 from recordings.interpretation import Interpretation, without_unit
 from recordings.names import guessed_maps, stated_maps
 from recordings.readers import load
@@ -29,6 +29,8 @@ LARGEST = 1e30
 """No quantity is larger in any unit; loggers write the largest float for "no value", so larger values are infinite."""
 
 NOTHING_STATED = Reading()
+Source = tuple[pa.ChunkedArray, ColumnMap | None]
+"""A column of a file, and the map that named it."""
 
 
 @dataclass(frozen=True)
@@ -91,10 +93,18 @@ def raw_columns(path: Path, contents: FileContents, reading: Reading = NOTHING_S
     notes = (*contents.notes, *skipped, *found.line, *found.notes)
     if contents.frame:
         reading = replace(reading, frame=None)
-    return RawColumns(path, turned(found.named, reading), found.sources, _origin(contents, found, notes))
+    start_s = _start_s(named.get("time_s"), contents, found)
+    return RawColumns(path, turned(found.named, reading), found.sources, _origin(contents, found, notes, start_s))
 
 
-def _origin(contents: FileContents, found: Interpretation, notes: tuple[str, ...]) -> Origin:
+def _start_s(time: Source | None, contents: FileContents, found: Interpretation) -> float | None:
+    """Return seconds since 1970 at time_s = 0: by timestamps, by stamps since 1970, or as the reader tells."""
+    if time is not None and is_timestamp(time[0]):
+        return start_of(time[0])
+    return contents.start_s if found.start_s is None else found.start_s
+
+
+def _origin(contents: FileContents, found: Interpretation, notes: tuple[str, ...], start_s: float | None) -> Origin:
     """Return how a log was read: what is stated counts before what the log tells."""
     stated = found.reading
     return Origin(
@@ -103,6 +113,7 @@ def _origin(contents: FileContents, found: Interpretation, notes: tuple[str, ...
         magnetometers=contents.magnetometers,
         place=stated.place or contents.place,
         date=stated.date or contents.date,
+        start_s=start_s,
         applied=contents.applied.get(contents.magnetometer),
     )
 
@@ -112,9 +123,6 @@ def _in_plane(guessed: Sequence[ColumnMap]) -> bool:
     x, y, z = mag_names()
     targets = {one.target for one in guessed}
     return {x, y} <= targets and z not in targets
-
-
-Source = tuple[pa.ChunkedArray, ColumnMap | None]
 
 
 def _named(path: Path, table: pa.Table, maps: Sequence[ColumnMap]) -> dict[str, Source]:

@@ -17,12 +17,16 @@ from scenarios.arrays import Array
 
 OWN_UNITS = {"time": "s", "mag": "nT", "gyro": "rad/s", "accel": "m/s^2", "temperature": "degC"}
 
+SECONDS_1970 = (3e8, 1e10)
+"""Times in s between these count from 1970: from 1979 on; a clock that counts from a start runs for less than years."""
+
 
 @dataclass
 class Interpretation:
     """Columns under a recording's names while their units are settled.
 
     named : name -> (n,) values, in the unit of the map, or as in the file where the map says none.
+    start_s : seconds since 1970 at time_s = 0, where the stamps count from 1970.
     all_maps : and those of them whose names were guessed. parts : what is said of each quantity.
     """
 
@@ -33,6 +37,7 @@ class Interpretation:
     unit: str = "nT"
     timed: bool = True
     axes: str = "xyz"
+    start_s: float | None = None
     parts: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
@@ -51,6 +56,7 @@ class Interpretation:
         """Settle the units of field, time, specific force and rate, in this order."""
         self._fill()
         self._field()
+        self.start_s = _start_s(self.named["time_s"]) if self.timed else None
         self._time()
         self._accel()
         self._gyro()
@@ -168,6 +174,14 @@ def _seconds(stamps: Array, unit: str) -> Array:
         return stamps
     start = stamps[np.isfinite(stamps)][0] if stamp_unit(stamps) is not None else 0.0
     return np.asarray((stamps - start) * UNITS["time"][unit][0])
+
+
+def _start_s(stamps: Array) -> float | None:
+    """Return seconds since 1970 at time_s = 0, of stamps that count from 1970; None for other times."""
+    finite, unit = stamps[np.isfinite(stamps)], stamp_unit(stamps)
+    if unit is not None:
+        return float(finite[0]) * UNITS["time"][unit][0]
+    return 0.0 if len(finite) and SECONDS_1970[0] < finite[0] < SECONDS_1970[1] else None
 
 
 def without_unit(entry: ColumnMap) -> ColumnMap:

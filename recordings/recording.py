@@ -27,6 +27,7 @@ class Origin:
     frame : the log's body frame, "flu" or "frd", which was turned to FLU; empty where it was not stated.
     magnetometer : the name of the magnetometer that was read, in a log of several; magnetometers : of all.
     place : latitude and longitude in degrees and altitude in m, and date : where the log tells them.
+    start_s : seconds since 1970 (UTC) at time_s = 0; None where the log tells no time of day.
     applied : the calibration that the autopilot had in force; None where the log tells of none.
     """
 
@@ -39,6 +40,7 @@ class Origin:
     magnetometers: tuple[str, ...] = ()
     place: tuple[float, ...] | None = None
     date: datetime.date | None = None
+    start_s: float | None = None
     applied: AppliedCalibration | None = None
 
 

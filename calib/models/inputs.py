@@ -72,7 +72,7 @@ class InputGroup:
 
 def axis_columns(signals: Array) -> Array:
     """Columns (n, 3, 3 m) of signals (n, m), each along x, y and z."""
-    return np.einsum("nm,ij->nimj", signals, np.eye(3)).reshape(len(signals), 3, -1)
+    return np.asarray(np.einsum("nm,ij->nimj", signals, np.eye(3)).reshape(len(signals), 3, -1))
 
 
 def input_groups(recording: Recording, kinds: Container[str] = KINDS) -> tuple[InputGroup, ...]:

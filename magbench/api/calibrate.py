@@ -10,6 +10,7 @@ from magbench.api.inputs import (
     calibrators_from,
     in_keywords,
     locked,
+    path_of,
     reading_from,
     recording_and_reference,
 )
@@ -24,8 +25,12 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
+    from calib.reference import Reference
     from magbench.api.results import CalibrationResult, Calibrations
+    from recordings import Recording
     from recordings.reading import Reading
+    from validation.calibrating.base_station import WithoutChange
+    from validation.calibrating.output_unit import OutputUnit
 
 
 @overload
@@ -44,6 +49,8 @@ def calibrate(
     exports: Sequence[str] = (),
     force: bool = False,
     unit_out: str | None = None,
+    base: str | PathLike[str] | None = None,
+    base_start: str | None = None,
 ) -> CalibrationResult: ...
 
 
@@ -64,6 +71,8 @@ def calibrate(
     exports: Sequence[str] = (),
     force: bool = False,
     unit_out: str | None = None,
+    base: str | PathLike[str] | None = None,
+    base_start: str | None = None,
 ) -> Calibrations: ...
 
 
@@ -84,6 +93,8 @@ def calibrate(
     exports: Sequence[str] = (),
     force: bool = False,
     unit_out: str | None = None,
+    base: str | PathLike[str] | None = None,
+    base_start: str | None = None,
 ) -> CalibrationResult | Calibrations:
     """Fit m = S h + b to a recording by one calibrator, or by several: then by name, in a dict.
 
@@ -101,6 +112,8 @@ def calibrate(
     force : export estimates too whose status is not ok, with the status in a comment.
     unit_out : a unit for offset and matrix of the C header and of a further file: uT, mG, ..., `counts=NT_A_COUNT`, or
         `counts` and `log` as the maps or the reading state.
+    base : the record of a base station or an observatory (IAGA-2002), whose change in the day is taken off first.
+        base_start : UTC at the log's time 0, such as "2024-05-01T12:30:00", where the log tells no time of day.
 
     Raises InputError for data that are not fit for use, an unknown calibrator, a reference that is not known, and
     for a refused export, after all other files are written.
@@ -111,12 +124,25 @@ def calibrate(
     forms = _forms(exports, out)
     chosen = calibrators_from(with_, exec_, time_limit_s) if with_ or exec_ else ()
     with locked(out) as place:
-        read, field = reading_from(data, maps, reading), (field_strength_nT, field_enu_nT)
-        results = Calibrations.of(*recording_and_reference(data, field, time_s, read, run), chosen)
-        results.unit = output_unit(unit_out, read) if unit_out else None
-        if place is not None:
-            _write(results, place, forms, force)
+        read = reading_from(data, maps, reading)
+        known = recording_and_reference(data, (field_strength_nT, field_enu_nT), time_s, read, run)
+        results = Calibrations.of(*known, chosen, _quiet(known[1], base, base_start))
+        _finish(results, output_unit(unit_out, read) if unit_out else None, place, forms, force)
     return results if exec_ or not isinstance(with_, str) else _single(results, with_)
+
+
+def _quiet(
+    reference: Reference, base: str | PathLike[str] | None, base_start: str | None
+) -> Callable[[Recording], WithoutChange] | None:
+    """What takes the day's change off a recording; None without a base station."""
+    from validation.calibrating.base_station import BaseStation, without_change
+
+    if base is None:
+        if base_start is not None:
+            raise InputError("is the time of a log beside a base station", where="--base-start", do="add --base FILE")
+        return None
+    station = BaseStation.read(path_of(base))
+    return lambda recording: without_change(recording, reference, station, base_start)
 
 
 def _forms(exports: Sequence[str], out: str | PathLike[str] | None) -> tuple[str, ...]:
@@ -128,10 +154,15 @@ def _forms(exports: Sequence[str], out: str | PathLike[str] | None) -> tuple[str
     return known_forms(",".join(exports)) if exports else ()
 
 
-def _write(results: Calibrations, place: Path, forms: Sequence[str], force: bool) -> None:
+def _finish(
+    results: Calibrations, unit: OutputUnit | None, place: Path | None, forms: Sequence[str], force: bool
+) -> None:
     """Write calibration.json and exports; InputError for refused exports, after all other files are written."""
     from validation.calibrating.calibration_file import RefusedExportsError, write_calibrations
 
+    results.unit = unit
+    if place is None:
+        return
     applied = results.recording.origin.applied
     refused = write_calibrations(results, place, forms, force=force, unit=results.unit, applied=applied)
     if refused:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from html import escape
 from typing import TYPE_CHECKING, Any, Self
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from reports.presentation.diagnosis import PresentedDiagnosis
     from reports.presentation.pooled import PresentedPool
     from validation.assessment.assessment import Assessment
+    from validation.calibrating.base_station import WithoutChange
     from validation.calibrating.calibrator_entry import CalibratorEntry
     from validation.calibrating.output_unit import OutputUnit
     from validation.cross_validation.claimed_std import Claim
@@ -99,18 +100,32 @@ class Calibrations(dict[str, CalibrationResult]):
         super().__init__(results)
         self.screening, self.recording, self.reference = screening, screening.recording, reference
         self.unit: OutputUnit | None = None
+        self.change: WithoutChange | None = None
 
     @classmethod
-    def of(cls, recording: Recording, reference: Reference, chosen: Sequence[CalibratorEntry]) -> Self:
-        """The calibrations of a screened recording by every chosen calibrator, without any by the usual ones."""
+    def of(
+        cls,
+        recording: Recording,
+        reference: Reference,
+        chosen: Sequence[CalibratorEntry],
+        quiet: Callable[[Recording], WithoutChange] | None = None,
+    ) -> Self:
+        """The calibrations of a screened recording by every chosen calibrator, without any by the usual ones.
+
+        quiet : takes the day's change off the screened recording.
+        """
         screening = screen(recording, reference)
+        change = None if quiet is None else quiet(screening.recording)
+        screening = screening if change is None else replace(screening, recording=change.recording)
         chosen = chosen or usual_calibrators(screening.recording, reference)
         views = {key: one for entry in chosen for key, one in sensor_recordings(recording, entry.name).items()}
         results = {}
         for fit in sensor_fits(screening.recording, reference, chosen):
             judged = screening.judged(fit.calibration, fit.sensor)
             results[fit.key] = CalibrationResult.of(judged, views[fit.key], reference)
-        return cls(results, screening, reference)
+        found = cls(results, screening, reference)
+        found.change = change
+        return found
 
     def claims(self) -> dict[str, Claim]:
         """The offset's scatter over legs against its claimed standard deviation, where a calibrator claims one."""

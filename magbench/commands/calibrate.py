@@ -48,6 +48,14 @@ Tolerance = Annotated[
         help="Also answer whether the heading error on a level survey is below T: yes, no or undecidable at 95 %.",
     ),
 ]
+Base = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE", help="A base station's record (IAGA-2002): the day's change is taken off first."),
+]
+BaseStart = Annotated[
+    str | None,
+    typer.Option(metavar="TIME", help="UTC at the log's time 0, where it tells none: 2024-05-01T12:30."),
+]
 AskWorth = Annotated[
     bool,
     typer.Option("--worth", help="Also test whether soft iron, eddy currents, temperature predict unseen legs better."),
@@ -68,6 +76,8 @@ def command(
     export: Export = None,
     force: Force = False,
     unit_out: UnitOut = None,
+    base: Base = None,
+    base_start: BaseStart = None,
     worth: AskWorth = False,
     tolerance_deg: Tolerance = None,
     others: AskOthers = False,
@@ -102,6 +112,8 @@ def command(
             exports=export.split(",") if export else (),
             force=force,
             unit_out=unit_out,
+            base=base,
+            base_start=base_start,
         )
     except RefusedExportsError as error:
         found, refused = error.calibrations, error
@@ -134,6 +146,8 @@ def _show(
     show_calibrations(found)
     if found.unit:
         show_in_unit(found, found.unit)
+    if found.change:
+        show_text(found.change.line)
     for line in (*screening_lines(found.screening), *claim_lines(claims), *(headline(one) for one in gains or ())):
         show_text(line)
     if others:
@@ -170,4 +184,5 @@ def _summary(
     plain: dict[str, Any] = {"calibrations": {name: to_dict(result) | told[name] for name, result in found.items()}}
     plain |= {"screening": found.screening.summary(), "claims": claim_summary(claims)} | wording.summary(assessment)
     plain |= {} if gains is None else {"worth": [summary(one) for one in gains]}
-    return plain | ({"in_unit": in_unit(found, found.unit)} if found.unit else {})
+    plain |= {"in_unit": in_unit(found, found.unit)} if found.unit else {}
+    return plain | ({"base": found.change.summary()} if found.change else {})

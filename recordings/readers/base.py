@@ -38,6 +38,7 @@ class FileContents:
     frame : the log's body frame, "flu" or "frd", where the format fixes it: the reader has turned the columns to FLU.
     unit : of magnetometer columns under a recording's names: nT, or "count" where the gain is not known.
     place : latitude and longitude in degrees and altitude in m, and date : where the log tells them.
+    start_s : seconds since 1970 (UTC) at time_s = 0, where the log tells the time of day otherwise than by time_s.
     applied : by the name of a magnetometer, the calibration that the autopilot had in force.
     """
 
@@ -48,6 +49,7 @@ class FileContents:
     unit: str = "nT"
     place: tuple[float, ...] | None = None
     date: datetime.date | None = None
+    start_s: float | None = None
     applied: Mapping[str, AppliedCalibration] = field(default_factory=dict)
 
     @property

@@ -36,7 +36,7 @@ class VehicleLog:
         sample, the main magnetometer first; calibration undone, in nT, or in counts where `unit` says so.
     streams : name -> any other stream: `gyro_x_rad_s` ..., `att_qw` ... (SLERP), `current_1_A`, `phase` (HELD), and
         channels under the log's own names. No two streams have a column of one name.
-    notes, frame, unit, place, date, applied : see `FileContents`.
+    notes, frame, unit, place, date, start_s, applied : see `FileContents`; start_s at the streams' time 0.
     """
 
     magnetometers: Mapping[str, Stream]
@@ -46,6 +46,7 @@ class VehicleLog:
     unit: str = "nT"
     place: tuple[float, ...] | None = None
     date: datetime.date | None = None
+    start_s: float | None = None
     applied: Mapping[str, AppliedCalibration] = field(default_factory=dict)
 
     def contents(self, path: Path, wanted: Wanted, stream: str | None) -> FileContents:
@@ -61,8 +62,10 @@ class VehicleLog:
         columns, left_out = _complete(merged.columns)
         if not len(columns["time_s"]):
             raise InputError(f"holds no sample of the magnetometer {name}", where=str(path), do="give another log")
+        start_s = self.start_s
         if columns["time_s"][0] > SINCE_1970_S:
-            columns["time_s"] = columns["time_s"] - columns["time_s"][0]
+            start_s = float(columns["time_s"][0])
+            columns["time_s"] = columns["time_s"] - start_s
         removed = [f"{key}: {rows.total} rows out of order of time left out" for key, rows in merged.removed.items()]
         return FileContents(
             {name: pa.table(columns)},
@@ -72,6 +75,7 @@ class VehicleLog:
             unit=self.unit,
             place=self.place,
             date=self.date,
+            start_s=start_s,
             applied={key: one for key, one in self.applied.items() if key == name},
         )
 
