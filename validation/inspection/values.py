@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from validation.inspection.finding import Finding
 from validation.inspection.log import RawLog
@@ -134,12 +135,33 @@ def _frozen(data: SensorData) -> Finding:
 
 
 def _spikes(data: SensorData) -> Finding | None:
-    """Return single wrong values; None where neighbours are too far apart to judge."""
+    """Return wild values that a fit leaves out, without a fit single wrong values; None where none can be judged."""
     series, rows = data.series, data.fresh
     gaps = gaps_after(series.time_s[rows])
     far_apart = not np.isfinite(data.white_nT).all() or len(gaps) > POLICY.most_gap_share * len(rows)
     if far_apart or len(rows) < POLICY.least_rows:
         return None
+    return _wild(data) if data.ellipsoid.has_estimate else _apart_from_neighbours(data, gaps)
+
+
+def _wild(data: SensorData) -> Finding:
+    """Return the samples that the ellipsoid's fit left out, by the axis that leaves its neighbours furthest."""
+    recording, left_out = data.judged.recording, data.ellipsoid.left_out
+    rows = np.zeros(0, np.intp) if left_out is None else np.flatnonzero(left_out)
+    beside = np.clip(rows[:, None] + np.arange(-2, 3), 0, len(recording) - 1)
+    away = recording.mag_nT[rows] - np.median(recording.mag_nT[beside], axis=1)
+    counts = np.bincount(np.argmax(np.abs(away), axis=1), minlength=3) if len(rows) else np.zeros(3, np.intp)
+    value = {axis: int(n) for axis, n in zip("xyz", counts, strict=True)}
+    if not len(rows):
+        return Finding(SECTION, "spikes", value, "", "No spikes.", "ok", data.sensor)
+    text = f"{counted(len(rows), 'wild value')}, up to {figure(float(np.abs(away).max()))} nT from the neighbours, "
+    text += f"the first at {figure(float(recording.time_s[rows[0]]), 6)} s; a calibration leaves them out."
+    return Finding(SECTION, "spikes", value, "", text, "warning", data.sensor)
+
+
+def _apart_from_neighbours(data: SensorData, gaps: NDArray[np.intp]) -> Finding:
+    """Return single values far from the course of their neighbours."""
+    series, rows = data.series, data.fresh
     steps = np.array([lattice.step if lattice else 0.0 for lattice in data.lattices])
     found = spikes(series.mag_nT[rows], steps, gaps)
     count = int(found.sum())

@@ -97,6 +97,17 @@ def test_spikes_are_counted_by_axis() -> None:
     assert "the first at 10 s" in found.text
 
 
+def test_the_samples_told_are_those_that_a_calibration_leaves_out() -> None:
+    """A stuck axis that the screening takes out leaves no spikes at its ends."""
+    mag_nT = MAG_NT.copy()
+    mag_nT[3000:3400, 2] = mag_nT[3000, 2]
+    assert one(findings(mag_nT), "spikes").value == {"x": 0, "y": 0, "z": 0}
+    mag_nT[[500, 1500], [0, 1]] += 400.0
+    found = one(findings(mag_nT), "spikes")
+    assert found.value == {"x": 1, "y": 1, "z": 0}
+    assert "a calibration leaves them out" in found.text
+
+
 def test_nothing_is_said_of_neighbours_that_are_none() -> None:
     """Every second interval a gap."""
     time_s = TIME_S + np.repeat(np.arange(SAMPLES / 4), 4)
