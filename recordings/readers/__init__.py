@@ -7,6 +7,7 @@ from pathlib import Path
 
 from recordings.readers.ardupilot import ARDUPILOT_LOG
 from recordings.readers.base import FileContents, FileFormat, Wanted, file_head
+from recordings.readers.blackbox import BLACKBOX
 from recordings.readers.iaga import IAGA
 from recordings.readers.imagcdf import IMAGCDF
 from recordings.readers.mat import MAT
@@ -22,7 +23,7 @@ from scenarios.errors import InputError
 __all__ = ["FORMATS", "FileContents", "FileFormat", "is_parquet", "load", "parquet_errors_about"]
 
 FORMATS: tuple[FileFormat, ...] = (
-    *(PARQUET, ARDUPILOT_LOG, TELEMETRY_LOG, PX4, ROS),
+    *(PARQUET, ARDUPILOT_LOG, TELEMETRY_LOG, PX4, ROS, BLACKBOX),
     *(NETCDF, IMAGCDF, MAT, PHONE, IAGA, TEXT),
 )
 """Every format, in the order of recognition: by content first, by the suffix alone last."""

@@ -21,6 +21,7 @@ from recordings.channels import (
 )
 from recordings.columns import ATTITUDE
 from recordings.likely_units import field_unit
+from recordings.readers.navigation import east_north_m, median_place
 from recordings.readers.ros import roles
 from recordings.readers.ros.bag import Bag, Topic
 from recordings.readers.ros.clock import Clock, date_of
@@ -34,7 +35,6 @@ from scenarios.arrays import Array
 TESLA_NT = 1e9
 MOST_TESLA = 1e-3
 """A thousandth of a tesla is twenty times the Earth's field: values beyond are in another unit."""
-EARTH_RADIUS_M = 6_378_137.0
 MOSTLY = 0.9
 """Share of a battery's currents that are positive, above which a discharge is counted positive."""
 Columns = dict[str, NDArray[Any]]
@@ -165,8 +165,9 @@ class BagLog:
         place = fixes.vector("latitude", "longitude", "altitude")
         columns: Columns = dict(zip((LATITUDE, LONGITUDE, ALTITUDE), place.T, strict=True))
         self.add(fixes, columns, None, "latitude", "longitude", "altitude")
-        latitude, longitude, altitude = (float(np.nanmedian(one)) if np.isfinite(one).any() else 0.0 for one in place.T)
-        return latitude, longitude, altitude
+        latitude, longitude, altitude = place.T
+        known = np.isfinite(altitude)
+        return median_place(latitude, longitude, float(np.median(altitude[known])) if known.any() else 0.0)
 
     def _position_of_fixes(self) -> None:
         """Take the position from fixes: east, north, up of the first fix on a sphere."""
@@ -175,9 +176,7 @@ class BagLog:
             return
         fixes = topic.rows(has_fix(topic))
         latitude, longitude, altitude = fixes.vector("latitude", "longitude", "altitude").T
-        north, east = np.deg2rad(latitude - latitude[0]), np.deg2rad(longitude - longitude[0])
-        east *= np.cos(np.deg2rad(latitude[0]))
-        enu = np.column_stack([EARTH_RADIUS_M * east, EARTH_RADIUS_M * north, altitude - altitude[0]])
+        enu = np.column_stack([*east_north_m(latitude, longitude), altitude - altitude[0]])
         self.add(fixes, vector_columns("position", enu))
         self.notes.append(f"position from {topic.name}, relative to the first fix")
 

@@ -22,6 +22,7 @@ from recordings.assemble import arrays_of
 from recordings.columns import ACCEL, ATTITUDE, GYRO, POSITION, mag_names
 from recordings.readers import FORMATS, FileFormat, load
 from scenarios.errors import InputError
+from tests.recordings.readers.blackbox_logs import BlackboxWriter, betaflight_fields, rows_of
 from tests.recordings.readers.dataflash import write_dataflash
 from tests.recordings.readers.ros_bags import Series, vector, write_bag
 from tests.recordings.readers.telemetry import write_telemetry
@@ -122,6 +123,25 @@ def write_phone(recording: Recording, path: Path) -> None:
             file.writestr(f"{name}.csv", "\n".join(["time,seconds_elapsed,z,y,x", *rows]) + "\n")
 
 
+def write_blackbox(recording: Recording, path: Path) -> None:
+    """Betaflight's main frames at high resolution: whole counts, tenths of deg/s, 2048 to a g, hundredths of A."""
+    columns = {
+        "loopIteration": np.arange(len(recording.time_s)),
+        "time": 1e6 * recording.time_s,
+        "magADC": recording.mag_nT,
+        "gyroADC": 10 * np.degrees(np.atleast_2d(recording.gyro_rad_s)),
+        "accSmooth": np.atleast_2d(recording.accel_m_s2) / 9.80665 * 2048,
+        "amperageLatest": 100 * np.atleast_2d(recording.current_A)[:, 0],
+    }
+    about = {"Firmware revision": "Betaflight 4.5.1 (77d01ba3b) X", "acc_1G": "2048", "blackbox_high_resolution": "1"}
+    names = ("loopIteration", "time", "magADC", "gyroADC", "accSmooth", "amperageLatest")
+    fields = [one for one in betaflight_fields() if one.name.split("[")[0] in names]
+    writer = BlackboxWriter(fields, about)
+    for row in rows_of(columns):
+        writer.main(row)
+    path.write_bytes(writer.end())
+
+
 EXAMPLES: dict[str, Callable[[Recording, Path], None]] = {
     "Parquet": write_recording,
     "MAVLink telemetry": write_telemetry,
@@ -134,6 +154,7 @@ EXAMPLES: dict[str, Callable[[Recording, Path], None]] = {
     "IAGA-2002": write_iaga,
     "CSV": write_recording,
     "ROS bag": write_ros,
+    "blackbox": write_blackbox,
 }
 """How a test writes a recording in each format, from the recording alone: an entry for each entry of FORMATS."""
 NUMBERS = (
@@ -149,10 +170,11 @@ PARTS: dict[str, tuple[str, ...]] = {
     "phone recording": ("time_s", *mag_names(), *GYRO, *ACCEL),
     "IAGA-2002": ("time_s", *mag_names()),
     "ULog": tuple(name for name in NUMBERS if name not in (*ATTITUDE, "wheel_rad_s")),
+    "blackbox": ("time_s", *mag_names(), *GYRO, *ACCEL, "current_1_A"),
     "ROS bag": ("time_s", *mag_names(), *GYRO, *ACCEL, "temperature_degC"),
 }
 """What a format holds of a recording, where not all of it."""
-STEPS_NT = {"ArduPilot": 100.0}
+STEPS_NT = {"ArduPilot": 100.0, "blackbox": 0.51}
 """Steps of the field in formats that are coarser than 0.01 nT."""
 FOREIGN = {
     "nothing": b"",
@@ -232,7 +254,7 @@ def test_example_comes_back(form: FileFormat, tmp_path: Path) -> None:
 def test_only_wanted_columns_are_loaded(form: FileFormat, tmp_path: Path) -> None:
     contents = load(written(form, tmp_path), lambda name: name.startswith("mag_"))
     assert sorted(contents.table.column_names) == ["mag_x_nT", "mag_y_nT", "mag_z_nT"]
-    assert all("body frame" in note or "undone" in note for note in contents.notes)
+    assert all(any(word in note for word in ("body frame", "undone", "magnetometer")) for note in contents.notes)
 
 
 @formats
