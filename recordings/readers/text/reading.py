@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from recordings.readers.base import FileContents, Wanted, stripped_names
+from recordings.readers.base import HEAD_BYTES, FileContents, Wanted, stripped_names
 from recordings.readers.text.body import TableBody
 from recordings.readers.text.dialect import Dialect, dialect_of, named_delimiter
 from recordings.readers.text.encoding import EncodedText, decoded, is_text, text_of
 from recordings.readers.text.layout import MOST_LINES, TableLayout, UnclearHeader, layout_of
+from recordings.readers.text.makers import as_exported
 from recordings.readers.text.prints import print_forms, read_prints
 from recordings.readers.text.rows import table_errors_about
 from recordings.readers.text.several import SensorLog
@@ -70,7 +71,8 @@ def _read_table(path: Path, text: EncodedText, lines: Sequence[str], dialect: Di
     """Return the wanted columns of a table with one row a line."""
     layout = _layout(path, lines, dialect)
     start = sum(map(len, text.head()[: layout.first]))
-    return TableBody(path, memoryview(text.data)[start:], layout, dialect).contents(wanted, text)
+    found = TableBody(path, memoryview(text.data)[start:], layout, dialect).contents(wanted, text)
+    return as_exported(found, text.data[:HEAD_BYTES])
 
 
 def _lines(text: EncodedText) -> list[str]:
