@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib import Calibration, Reference, Status, get
-from calib.acceptance import widened
+from calib.acceptance import CorrectedField, widened
 from calib.held_out.legs import legs_of
 from calib.models.ellipsoid import SYMMETRIC_NAMES, SYMMETRIC_SLOTS
 from calib.models.vector import SOFT_IRON_NAMES
@@ -188,7 +188,8 @@ def _honest(
         covariance_names=(*OFFSET_NAMES, *entries, *extra),
     )
     static = replace(static, mag_nT=static.mag_nT + values[:3])
-    claimed = widened(fit, misfit if vector else misfit[:, 0], static, reference, vector=vector)
+    field = CorrectedField(fit, static, F)
+    claimed = widened(fit, misfit if vector else misfit[:, 0], field, reference, vector=vector)
     assert claimed.covariance is not None
     claim = claim_of(claimed, static, reference, legs_of(static))
     factor = claim.ratio**2 if claim is not None and claim.ratio > claim.limit else 1.0
