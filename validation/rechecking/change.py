@@ -179,14 +179,7 @@ def _honest(
     extra = tuple(f"motor_{k}" for k in range(problem.size - 3 - m))
     unit = np.ones(problem.size)
     unit[3 : 3 + m] = F
-    fit = Calibration(
-        name="recheck",
-        status=Status("ok"),
-        offset_nT=values[:3],
-        matrix=np.asarray(np.linalg.inv(np.eye(3) + np.tensordot(values[3 : 3 + m], problem.slots, 1) / F)),
-        covariance=covariance / np.outer(unit, unit),
-        covariance_names=(*OFFSET_NAMES, *entries, *extra),
-    )
+    fit = _as_fit(problem, values, covariance / np.outer(unit, unit), (*OFFSET_NAMES, *entries, *extra))
     static = replace(static, mag_nT=static.mag_nT + values[:3])
     field = CorrectedField(fit, static, F)
     claimed = widened(fit, misfit if vector else misfit[:, 0], field, reference, vector=vector)
@@ -194,6 +187,19 @@ def _honest(
     claim = claim_of(claimed, static, reference, legs_of(static))
     factor = claim.ratio**2 if claim is not None and claim.ratio > claim.limit else 1.0
     return np.asarray(factor * claimed.covariance * np.outer(unit, unit))
+
+
+def _as_fit(problem: _Problem, values: Array, covariance: Array, names: tuple[str, ...]) -> Calibration:
+    """Return the change as a calibration of the corrected field."""
+    E = np.tensordot(values[3 : 3 + len(problem.slots)], problem.slots, 1) / problem.strength_nT
+    return Calibration(
+        name="recheck",
+        status=Status("ok"),
+        offset_nT=values[:3],
+        matrix=np.asarray(np.linalg.inv(np.eye(3) + E)),
+        covariance=covariance,
+        covariance_names=names,
+    )
 
 
 def _with_wandering(problem: _Problem, values: Array, covariance: Array) -> Array:
