@@ -26,6 +26,8 @@ MOTORS = {function: function - 32 for function in range(33, 41)} | {
 """SERVOk_FUNCTION of an output that drives a motor -> the motor's number."""
 PLANE_MOTORS = {70: 1, 73: 1, 74: 2}
 """On planes: throttle, left and right throttle."""
+FIRST_OUTPUTS = 8
+"""Outputs that may drive motors where no parameter tells."""
 OUTPUT = re.compile(r"(?:C|Ch)(\d+)")
 PULSES_US = (1000.0, 2000.0)
 """Pulse lengths of no and of full output where no parameter gives them."""
@@ -65,46 +67,52 @@ def old_controllers(log: Dataflash) -> dict[int, Messages]:
 def command_streams(log: Dataflash, parameters: Parameters, vehicle: str) -> dict[str, Stream]:
     """Return the battery's voltage, the throttle and the motors' outputs, the latter two from 0 to 1."""
     found: dict[str, Stream] = {}
-    battery, tuning, outputs = _battery(log), log.types.get("CTUN"), log.types.get("RCOU")
+    battery, tuning = _battery(log), log.types.get("CTUN")
     if battery is not None and "Volt" in battery:
         voltage = {BATTERY_VOLTAGE: battery.numbers("Volt") * _unit(battery, "Volt")}
         found["battery voltage"] = _stream(log, battery, voltage)
     name = next((name for name in ("ThO", "ThrOut") if tuning is not None and name in tuning), None)
     if tuning is not None and name:
-        found["throttle"] = _stream(
-            log, tuning, {THROTTLE: tuning.numbers(name) * _throttle_unit(tuning, name, vehicle)}
-        )
-    if outputs is not None:
-        motors = motor_fields(outputs, parameters, vehicle)
-        for field, k in motors.items():
-            output = {motor_output_name(k): _fraction(outputs, field, parameters, vehicle)}
-            found[f"{OUTPUTS}{field}"] = _stream(log, outputs, output)
+        throttle = tuning.numbers(name) * _throttle_unit(tuning, name, vehicle)
+        found["throttle"] = _stream(log, tuning, {THROTTLE: throttle})
+    return found | _output_streams(log, parameters, vehicle)
+
+
+def _output_streams(log: Dataflash, parameters: Parameters, vehicle: str) -> dict[str, Stream]:
+    outputs = log.types.get("RCOU")
+    if outputs is None:
+        return {}
+    fields = {int(match[1]): field for field in outputs.layout.kinds if (match := OUTPUT.fullmatch(field))}
+    pulses_us = {k: outputs.numbers(field) for k, field in fields.items()}
+    motors = motor_outputs(pulses_us, parameters, vehicle)
+    names = {k: (f"{OUTPUTS}{fields[k]}", motor_output_name(motor)) for k, (motor, _) in motors.items()}
+    return {stream: _stream(log, outputs, {name: motors[k][1]}) for k, (stream, name) in names.items()}
+
+
+def motor_outputs(pulses_us: Mapping[int, Array], parameters: Parameters, vehicle: str) -> dict[int, tuple[int, Array]]:
+    """Return, by the output's number, the motor that it drives and (pulse - least) / (most - least), cut to 0 .. 1.
+
+    SERVOk_FUNCTION tells the motor. Logs without these parameters are of a copter or submarine whose first eight
+    outputs are its motors, as far as they move.
+    """
+    functions = MOTORS | (PLANE_MOTORS if vehicle == PLANE else {})
+    stated = {k: int(parameters.get(f"SERVO{k}_FUNCTION")) for k in pulses_us if f"SERVO{k}_FUNCTION" in parameters}
+    motors = {k: functions[function] for k, function in stated.items() if function in functions}
+    if not stated and vehicle in (COPTER, SUB):
+        motors = {k: k for k, pulses in pulses_us.items() if k <= FIRST_OUTPUTS and np.ptp(pulses)}
+    found = {}
+    for k, motor in motors.items():
+        least, most = _pulse_range(k, parameters, vehicle)
+        found[k] = (motor, np.clip((pulses_us[k] - least) / (most - least), 0.0, 1.0))
     return found
 
 
-def motor_fields(outputs: Messages, parameters: Parameters, vehicle: str) -> dict[str, int]:
-    """Return the motor that each output drives, by the output's field: as SERVOk_FUNCTION says.
-
-    Logs without these parameters are of a copter or submarine whose first outputs are its motors, as far as they move.
-    """
-    fields = {int(match[1]): field for field in outputs.layout.kinds if (match := OUTPUT.fullmatch(field))}
-    functions = MOTORS | (PLANE_MOTORS if vehicle == PLANE else {})
-    stated = {k: int(parameters.get(f"SERVO{k}_FUNCTION")) for k in fields if f"SERVO{k}_FUNCTION" in parameters}
-    if stated:
-        return {fields[k]: functions[function] for k, function in stated.items() if function in functions}
-    moving = [k for k in fields if k <= 8 and np.ptp(outputs.numbers(fields[k]))] if vehicle in (COPTER, SUB) else []
-    return {fields[k]: k for k in moving}
-
-
-def _fraction(outputs: Messages, field: str, parameters: Parameters, vehicle: str) -> Array:
-    """Return an output as (pulse - least) / (most - least), cut to 0 .. 1."""
-    number = OUTPUT.fullmatch(field)
-    own = f"SERVO{number[1] if number else ''}"
+def _pulse_range(output: int, parameters: Parameters, vehicle: str) -> tuple[float, float]:
+    """Return the pulses of no and of full output, us."""
+    own = f"SERVO{output}"
     names = ("MOT_PWM_MIN", "MOT_PWM_MAX") if vehicle in (COPTER, SUB) else (f"{own}_MIN", f"{own}_MAX")
     least, most = (parameters.get(name) or usual for name, usual in zip(names, PULSES_US, strict=True))
-    if most <= least:
-        least, most = PULSES_US
-    return np.clip((outputs.numbers(field) - least) / (most - least), 0.0, 1.0)
+    return (least, most) if most > least else PULSES_US
 
 
 def _throttle_unit(tuning: Messages, name: str, vehicle: str) -> float:

@@ -16,9 +16,11 @@ from recordings.channels import (
     TEMPERATURE,
     THROTTLE,
     current_name,
+    motor_output_name,
 )
 from recordings.columns import ATTITUDE
 from recordings.readers.ardupilot.motion import quaternion_of, unit_quaternions, without_trim
+from recordings.readers.ardupilot.power import motor_outputs
 from recordings.readers.ardupilot.vehicle import COPTER, PLANE, ROVER, SUB, mode_name
 from recordings.readers.tlog.frames import Frames
 from recordings.readers.tlog.telemetry import Telemetry
@@ -60,7 +62,7 @@ def streams_of(log: Telemetry) -> tuple[dict[str, Stream], list[str]]:
     currents, notes = _currents(log)
     attitude = _attitude(log)
     found = {**_inertial(log), **attitude, **_position(log), **currents}
-    found |= _power(log) | _states(log) | _fixes(log)
+    found |= _power(log) | _outputs(log) | _states(log) | _fixes(log)
     about = ["the attitude's heading may come from the compass: a fit against the attitude repeats its heading error"]
     return found, [*(about if attitude else []), *notes]
 
@@ -139,13 +141,30 @@ def _power(log: Telemetry) -> dict[str, Stream]:
     return found
 
 
+def _outputs(log: Telemetry) -> dict[str, Stream]:
+    """Return the motors' outputs from 0 to 1, of ArduPilot, whose parameters tell the motors."""
+    rows = log.get("SERVO_OUTPUT_RAW")
+    if rows is None or not log.of_ardupilot:
+        return {}
+    rows = rows.where(rows.numbers("port") == 0)
+    pulses_us = {k: rows.numbers(f"servo{k}_raw") for k in range(1, 17)}
+    outputs = motor_outputs(pulses_us, log.parameters, _vehicle(log)) if len(rows) else {}
+    return {f"output {k}": _stream(log, rows, {motor_output_name(motor): x}) for k, (motor, x) in outputs.items()}
+
+
+def _vehicle(log: Telemetry) -> str:
+    """Return the kind of vehicle that the heartbeats tell, "" where they do not."""
+    rows = log.get("HEARTBEAT")
+    return "" if rows is None else VEHICLES.get(int(np.median(rows.numbers("type"))), "")
+
+
 def _states(log: Telemetry) -> dict[str, Stream]:
     """Return the flight modes as phases, and the armed state, each from its heartbeat to the next."""
     rows = log.get("HEARTBEAT")
     if rows is None:
         return {}
-    kinds = [VEHICLES.get(int(kind), "") if log.of_ardupilot else "" for kind in rows.numbers("type")]
-    modes = [mode_name(kind, int(mode)) for kind, mode in zip(kinds, rows.numbers("custom_mode"), strict=True)]
+    vehicle = _vehicle(log) if log.of_ardupilot else ""
+    modes = [mode_name(vehicle, int(mode)) for mode in rows.numbers("custom_mode")]
     armed = (rows.rows["base_mode"] & ARMED_FLAG > 0).astype(np.float64)
     columns: Columns = {"phase": np.array(modes), ARMED: armed}
     at_s = log.times_s(rows)

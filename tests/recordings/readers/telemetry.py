@@ -24,6 +24,7 @@ MESSAGES = {
     "ATTITUDE": (30, 39, "<Iffffff"),
     "ATTITUDE_QUATERNION": (31, 246, "<Ifffffff"),
     "LOCAL_POSITION_NED": (32, 185, "<Iffffff"),
+    "SERVO_OUTPUT_RAW": (36, 222, "<IHHHHHHHHB"),
     "VFR_HUD": (74, 20, "<ffffhH"),
     "HIGHRES_IMU": (105, 93, "<QfffffffffffffHB"),
     "SCALED_IMU2": (116, 76, "<Ihhhhhhhhhh"),

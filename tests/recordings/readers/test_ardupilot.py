@@ -243,19 +243,17 @@ def test_old_log_with_numbered_messages_milliseconds_and_trim(tmp_path: Path) ->
     for name, factor in (("MAG", 1.0), ("MAG2", 0.7)):
         log.layout(name, "IhhhhhhhhhB", "TimeMS,MagX,MagY,MagZ,OfsX,OfsY,OfsZ,MOfsX,MOfsY,MOfsZ,Health")
         log.rows(name, one.time_s, *np.trunc(factor * one.field_nT * DOWN / 100).T, *[0.0] * 6, 1)
-    trim = np.array(
-        [np.cos(0.03), np.sin(0.03), 0.0, 0.0]
-    )  # AHRS_TRIM_X of 0.06 rad: vehicle q = autopilot q times its inverse
-    w, x, y, z = product(ned_from_enu(one.q), trim * [1, -1, -1, -1]).T
+    roll_back = np.array([np.cos(0.03), -np.sin(0.03), 0.0, 0.0])  # AHRS_TRIM_X of 0.06 rad
+    pitch_back = np.array([np.cos(0.04), 0.0, np.sin(0.04), 0.0])  # AHRS_TRIM_Y of -0.08 rad
+    w, x, y, z = product(ned_from_enu(one.q), product(roll_back, pitch_back)).T
     log.layout("ATT", "IccccCC", "TimeMS,DesRoll,Roll,DesPitch,Pitch,DesYaw,Yaw")
-    roll, yaw = (
-        np.arctan2(2 * (w * x + y * z), 1 - 2 * (x**2 + y**2)),
-        np.arctan2(2 * (w * z + x * y), 1 - 2 * (y**2 + z**2)),
-    )
+    roll = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x**2 + y**2))
+    yaw = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y**2 + z**2))
     angles = np.degrees([roll, np.arcsin(2 * (w * y - z * x)), np.mod(yaw, 2 * np.pi)])
     log.rows("ATT", one.time_s, 0.0, angles[0], 0.0, angles[1], 0.0, angles[2])
     log.layout("PARM", "Nf", "Name,Value")
     log.add("PARM", START_S, "AHRS_TRIM_X", 0.06)
+    log.add("PARM", START_S, "AHRS_TRIM_Y", -0.08)
     log.layout("CURR", "Ihhhf", "TimeMS,Throttle,Volt,Curr,CurrTot")
     log.rows("CURR", one.time_s, 500, 1600 - 10 * one.current_A, 100 * one.current_A, 0.0)
     path = log.write(tmp_path / "flight.bin")

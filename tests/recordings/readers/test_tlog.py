@@ -26,6 +26,7 @@ PARAMETERS = {
     **{f"COMPASS_ODI_{axis}": float(MATRIX[pair]) for axis, pair in zip("XYZ", [(0, 1), (0, 2), (1, 2)], strict=True)},
     **{f"COMPASS_MOT_{axis}": x for axis, x in zip("XYZ", MOTOR_MG_A.tolist(), strict=True)},
     **{"COMPASS_SCALE": SCALE, "COMPASS_MOTCT": 2.0, "COMPASS_OFS2_X": 0.0},
+    **{"SERVO1_FUNCTION": 0.0, "SERVO3_FUNCTION": 34.0, "MOT_PWM_MIN": 1100.0, "MOT_PWM_MAX": 1900.0},
 }
 
 
@@ -59,6 +60,8 @@ def write_flight(path: Path, one: Flight, version: int = 2, with_parameters: boo
         log.add("ATTITUDE_QUATERNION", t, t * 1e3, *q[k], 0, 0, 0)
         for shift in (-0.02, 0.02):
             log.add("SYS_STATUS", t + shift, *[0] * 4, 15_400, one.current_A[k] * 100, 0, 0, 0, 0, 0, 0, 80)
+        pulses_us = 1100 + 8 * (k % 80)
+        log.add("SERVO_OUTPUT_RAW", t, t * 1e6, 1500, 1500, pulses_us, *[1000] * 5, 0)
         log.add("VFR_HUD", t, 4.5, 3.2 + 0.01 * k, 100.0, 0.5, 90, 35 + k % 3)
         if k % 10 == 0:
             log.add("HEARTBEAT", t, 5 if k < 100 else 16, 2, 3, 128 if k >= 20 else 0, 4, 3)
@@ -108,6 +111,7 @@ def test_place_date_phase_current_and_channels(tmp_path: Path) -> None:
     np.testing.assert_allclose(table["time_s"], one.time_s, atol=1e-6)
     np.testing.assert_allclose(table["VFR_HUD.groundspeed"][1:-1], 3.2 + 0.01 * np.arange(1, 199), atol=0.011)
     np.testing.assert_allclose(table["throttle"][1:-1], 0.36, atol=0.011)
+    np.testing.assert_allclose(table["motor_output_2"], np.arange(200) % 80 / 100, atol=1e-9)
     assert "SYS_STATUS.current_battery" not in table
 
 
