@@ -60,6 +60,7 @@ TIMES = [
     "time",
     "timestamp",
     "seconds_elapsed",
+    "elapsed_realtime",
     "elapsed",
     "ts",
     "seconds",
@@ -99,8 +100,8 @@ SPELT: dict[str, dict[str, str]] = {
         **dict.fromkeys(("count", "counts", "lsb", "adc", "digit", "digits", "ticks"), COUNT),
     },
     "gyro": {
-        **dict.fromkeys(("rad/s", "rads", "radps", "rps", "rad/sec", "radians/s"), "rad/s"),
-        **dict.fromkeys(("deg/s", "degs", "dps", "degps", "°/s", "deg/sec", "degrees/s"), "deg/s"),
+        **dict.fromkeys(("rad/s", "rads", "radps", "rps", "rad/sec", "radpersec", "radians/s"), "rad/s"),
+        **dict.fromkeys(("deg/s", "degs", "dps", "degps", "°/s", "deg/sec", "degpersec", "degrees/s"), "deg/s"),
     },
     "accel": {
         **dict.fromkeys(("m/s^2", "m/s2", "m/s²", "ms2", "mps2", "m/s/s", "mss"), "m/s^2"),

@@ -102,6 +102,31 @@ def test_dji(form: str, tmp_path: Path) -> None:
     assert_the_same_field(found, of, 0.1, 40.0)
 
 
+def test_gnss_logger(tmp_path: Path) -> None:
+    """Lines of several sensors, whose columns are told in comments; the bias of the phone stands behind each vector."""
+    of = swing(300)
+    sensors = {
+        "Accel": ("Mps2", of.accel_m_s2),
+        "Gyro": ("RadPerSec", of.rate_rad_s),
+        "Mag": ("MicroT", of.mag_nT / 1e3),
+    }
+    lines = ["# Version: v3.0.6.1", "# Raw,utcTimeMillis,TimeNanos", "# Fix,Provider,LatitudeDegrees,LongitudeDegrees"]
+    for name, (unit, _) in sensors.items():
+        vector = [f"{kind}{axis}{unit}" for kind in (f"Uncal{name}", "Bias") for axis in "XYZ"]
+        lines += ["# ", f"# Uncal{name},utcTimeMillis,elapsedRealtimeNanos,{','.join(vector)}"]
+    for k, t in enumerate(of.time_s):
+        for name, (_, values) in sensors.items():
+            cells = ",".join(f"{value:.7f}" for value in (*values[k], 1.5, 2.5, -3.0))
+            lines.append(f"Uncal{name},{1_714_564_800_000 + round(1e3 * t)},{10**12 + round(1e9 * t)},{cells}")
+        lines += [f"Fix,GPS,47.37,{8.55 + k}"] if k % 20 == 0 else []
+    (tmp_path / "gnss_log.txt").write_text("\n".join(lines) + "\n")
+    found = read_recording(tmp_path / "gnss_log.txt")
+    assert found.gyro_rad_s is not None
+    assert found.accel_m_s2 is not None
+    assert_the_same_field(found, of, 0.01)
+    np.testing.assert_allclose(found.time_s - found.time_s[0], of.time_s, atol=1e-6)
+
+
 def test_angles_of_another_convention_stay_channels(tmp_path: Path) -> None:
     of = swing(100)
     names = ["TimeStartup", *axes("UncompMag{}"), *axes("Accel{}"), "Yaw", "Pitch", "Roll"]
