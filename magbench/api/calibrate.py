@@ -51,6 +51,7 @@ def calibrate(
     unit_out: str | None = None,
     base: str | PathLike[str] | None = None,
     base_start: str | None = None,
+    tolerance_deg: float | None = None,
 ) -> CalibrationResult: ...
 
 
@@ -73,6 +74,7 @@ def calibrate(
     unit_out: str | None = None,
     base: str | PathLike[str] | None = None,
     base_start: str | None = None,
+    tolerance_deg: float | None = None,
 ) -> Calibrations: ...
 
 
@@ -95,6 +97,7 @@ def calibrate(
     unit_out: str | None = None,
     base: str | PathLike[str] | None = None,
     base_start: str | None = None,
+    tolerance_deg: float | None = None,
 ) -> CalibrationResult | Calibrations:
     """Fit m = S h + b to a recording by one calibrator, or by several: then by name, in a dict.
 
@@ -114,6 +117,7 @@ def calibrate(
         `counts` and `log` as the maps or the reading state.
     base : the record of a base station or an observatory (IAGA-2002), whose change in the day is taken off first.
         base_start : UTC at the log's time 0, such as "2024-05-01T12:30:00", where the log tells no time of day.
+    tolerance_deg : heading error on a level survey; `assessment.tolerance` answers whether it is below.
 
     Raises InputError for data that are not fit for use, an unknown calibrator, a reference that is not known, and
     for a refused export, after all other files are written.
@@ -121,12 +125,13 @@ def calibrate(
     from magbench.api.results import Calibrations
     from validation.calibrating.output_unit import output_unit
 
-    forms = _forms(exports, out)
+    forms, tolerance_deg = _forms(exports, out), _tolerance(tolerance_deg)
     chosen = calibrators_from(with_, exec_, time_limit_s) if with_ or exec_ else ()
     with locked(out) as place:
         read = reading_from(data, maps, reading)
         known = recording_and_reference(data, (field_strength_nT, field_enu_nT), time_s, read, run)
         results = Calibrations.of(*known, chosen, _quiet(known[1], base, base_start))
+        results.tolerance_deg = tolerance_deg
         _finish(results, output_unit(unit_out, read) if unit_out else None, place, forms, force)
     return results if exec_ or not isinstance(with_, str) else _single(results, with_)
 
@@ -143,6 +148,13 @@ def _quiet(
         return None
     station = BaseStation.read(path_of(base))
     return lambda recording: without_change(recording, reference, station, base_start)
+
+
+def _tolerance(tolerance_deg: float | None) -> float | None:
+    """The tolerance; InputError for none above zero."""
+    if tolerance_deg is not None and not tolerance_deg > 0:
+        raise InputError(f"{tolerance_deg:g} is no tolerance", where="--tolerance-deg", do="give degrees above 0")
+    return tolerance_deg
 
 
 def _forms(exports: Sequence[str], out: str | PathLike[str] | None) -> tuple[str, ...]:

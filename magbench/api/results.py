@@ -101,6 +101,7 @@ class Calibrations(dict[str, CalibrationResult]):
         self.screening, self.recording, self.reference = screening, screening.recording, reference
         self.unit: OutputUnit | None = None
         self.change: WithoutChange | None = None
+        self.tolerance_deg: float | None = None
 
     @classmethod
     def of(
@@ -136,13 +137,9 @@ class Calibrations(dict[str, CalibrationResult]):
     @cached_property
     def assessment(self) -> Assessment:
         """How good the calibrations are: heading error with interval, held-out strength, use, quality, trust."""
-        return self.assessed(None)
-
-    def assessed(self, tolerance_deg: float | None) -> Assessment:
-        """The assessment, with the answer whether the heading error is below a tolerance."""
         from validation.assessment.assessment import assess
 
-        return assess(self, self.screening, self.reference, tolerance_deg)
+        return assess(self, self.screening, self.reference, self.tolerance_deg)
 
     def known_figures(self) -> dict[str, tuple[KnownFigure, ...]]:
         """The figures of other programs, with their limits, on the recording of each calibration."""

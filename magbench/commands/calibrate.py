@@ -44,7 +44,6 @@ Tolerance = Annotated[
     typer.Option(
         "--tolerance-deg",
         metavar="T",
-        min=0.0,
         help="Also answer whether the heading error on a level survey is below T: yes, no or undecidable at 95 %.",
     ),
 ]
@@ -114,10 +113,11 @@ def command(
             unit_out=unit_out,
             base=base,
             base_start=base_start,
+            tolerance_deg=tolerance_deg,
         )
     except RefusedExportsError as error:
         found, refused = error.calibrations, error
-    _show(found, _gains(found) if worth else None, found.assessed(tolerance_deg), json, others=others)
+    _show(found, _gains(found) if worth else None, found.assessment, json, others=others)
     end_with(not_applicable(found) if named else [], refused)
 
 

@@ -71,7 +71,12 @@ class SensorEvidence:
         return None if self.legs is None else self.legs.use()
 
     def posterior_for(self, fit: Calibration) -> Posterior | None:
-        """Return the posterior that a calibration is judged by: by vector where the calibration knew it."""
+        """Return the posterior that a calibration is judged by: by vector where the calibration knew it.
+
+        None for a planar calibration, which a level turn determines.
+        """
+        if not fit.determines_z:
+            return None
         return self.by_vector if self.by_vector is not None and TURNED in fit.covariance_names else self.by_strength
 
     def assessed(

@@ -77,7 +77,8 @@ def trust_of(
 ) -> Trust:
     """Return the trust: high without a doubt, medium with one, low with more or with a serious one."""
     serious = tuple(_serious(fit, agreement, faults))
-    doubts = (*serious, *_doubts(posterior, agreement, coverage, faults))
+    directions = coverage if fit.determines_z else None
+    doubts = (*serious, *_doubts(posterior, agreement, directions, faults))
     if serious or len(doubts) > 1:
         return Trust("low", doubts)
     return Trust("medium" if doubts else "high", doubts)
@@ -93,13 +94,13 @@ def _serious(fit: Calibration, agreement: LegAgreement | None, faults: Sequence[
 
 
 def _doubts(
-    posterior: Posterior | None, agreement: LegAgreement | None, coverage: Coverage, faults: Sequence[Fault]
+    posterior: Posterior | None, agreement: LegAgreement | None, coverage: Coverage | None, faults: Sequence[Fault]
 ) -> Iterator[str]:
     if agreement is None:
-        yield "too few rows to compare legs"
+        yield "no legs to compare"
     elif ASSESSMENT.least_agree <= agreement.share < ASSESSMENT.most_agree:
         yield f"only {agreement.sentence}"
-    if coverage.share < ASSESSMENT.least_coverage:
+    if coverage is not None and coverage.share < ASSESSMENT.least_coverage:
         missing = f": {listed(coverage.missing)} missing" if coverage.missing else ""
         yield f"the directions cover {100 * coverage.share:.0f} % of the sphere{missing}"
     if posterior is not None:

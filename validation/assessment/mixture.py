@@ -113,11 +113,12 @@ class LegSquares:
             prior = precision * noise * scatter
             root = _root(self.total[:-1, :-1] + np.diag(prior))
             mean = root @ (root.T @ (self.total[:-1, -1] + prior * self.centre))
-            noise = self._noise(mean)
+            free = self._free(root)
+            noise = self._noise(mean, free)
             moved, each = self.by_legs(root, mean, self.wanted)
             white = float(np.trace(each.sum(axis=0)))
             scatter = max(ASSESSMENT.least_scatter, float(np.sum(moved**2)) / white / noise)
-            freedom = min(white**2 / float(np.sum(each**2)), self._free(mean))
+            freedom = min(white**2 / float(np.sum(each**2)), free)
         return Component(1.0, mean, noise * scatter * root @ root.T, freedom, scatter, noise, spreads)
 
     def _precision(self, spreads: Spreads) -> Array:
@@ -125,14 +126,15 @@ class LegSquares:
         wide = np.array([spreads.get(name, 0.0) * self.unit_nT for name in self.groups])
         return np.where(self.where(IRON), self.firm, 1.0 / np.where(wide > 0, wide, 1.0) ** 2)
 
-    def _free(self, mean: Array) -> float:
-        return float(max(1, self.rows - len(mean)))
+    def _free(self, root: Array) -> float:
+        """Return the rows less the parameters that the data determine, tr R^T N R; a prior determines the rest."""
+        return float(max(1.0, self.rows - np.trace(root.T @ self.total[:-1, :-1] @ root)))
 
-    def _noise(self, mean: Array) -> float:
+    def _noise(self, mean: Array, free: float) -> float:
         """Return the variance of a row about a mean (k,), nT^2; not below rounding."""
         square = float(self.total[-1, -1])
         left = square - 2.0 * float(mean @ self.total[:-1, -1]) + float(mean @ self.total[:-1, :-1] @ mean)
-        return max(left, ROUNDING * square, np.finfo(float).tiny) / self._free(mean)
+        return max(left, ROUNDING * square, np.finfo(float).tiny) / free
 
     def by_legs(self, root: Array, mean: Array, wanted: Array) -> tuple[Array, Array]:
         """Return each leg's part (legs, q) of the wanted, and its covariance (legs, q, q) in unit white noise.
@@ -154,7 +156,7 @@ class LegSquares:
         N = self.total[:-1, :-1] + np.diag(first * np.where(iron, self.firm, 0.0))
         root, inner = _root(N), _root(N[np.ix_(iron, iron)])
         mean = root @ (root.T @ slope)
-        noise = self._noise(mean)
+        noise = self._noise(mean, self._free(root))
         scatter = max(1.0, *(self._scatter(root, mean, name) / noise for name in self.disturbances))
         cross = inner @ inner.T @ N[np.ix_(iron, ~iron)]
         left = N[np.ix_(~iron, ~iron)] - N[np.ix_(~iron, iron)] @ cross
