@@ -123,7 +123,6 @@ def calibrate(
     for a refused export, after all other files are written.
     """
     from magbench.api.results import Calibrations
-    from validation.calibrating.output_unit import output_unit
 
     forms, tolerance_deg = _forms(exports, out), _tolerance(tolerance_deg)
     chosen = calibrators_from(with_, exec_, time_limit_s) if with_ or exec_ else ()
@@ -132,8 +131,8 @@ def calibrate(
         known = recording_and_reference(data, (field_strength_nT, field_enu_nT), time_s, read, run)
         results = Calibrations.of(*known, chosen, _quiet(known[1], base, base_start))
         results.tolerance_deg = tolerance_deg
-        _finish(results, output_unit(unit_out, read) if unit_out else None, place, forms, force)
-    return results if exec_ or not isinstance(with_, str) else _single(results, with_)
+        _finish(results, _unit(unit_out, read), place, forms, force)
+    return _chosen(results, with_, exec_)
 
 
 def _quiet(
@@ -148,6 +147,20 @@ def _quiet(
         return None
     station = BaseStation.read(path_of(base))
     return lambda recording: without_change(recording, reference, station, base_start)
+
+
+def _chosen(
+    results: Calibrations, with_: str | list[str] | tuple[str, ...], exec_: Sequence[str]
+) -> CalibrationResult | Calibrations:
+    """The one calibration where a single name was given, else all."""
+    return results if exec_ or not isinstance(with_, str) else _single(results, with_)
+
+
+def _unit(unit_out: str | None, read: Reading) -> OutputUnit | None:
+    """The unit of further files; None without one."""
+    from validation.calibrating.output_unit import output_unit
+
+    return output_unit(unit_out, read) if unit_out else None
 
 
 def _tolerance(tolerance_deg: float | None) -> float | None:
