@@ -129,7 +129,8 @@ def as_exported(contents: FileContents, head: bytes) -> FileContents:
     maker = next((one for one in MAKERS if any(mark <= given.keys() for mark in one.mark)), None)
     if maker is None or (maker.name == "SBG" and _unit(table, given["magx"]) != "au"):
         return contents
-    return _Export(maker, table, given, head).contents(contents)
+    with np.errstate(over="ignore", invalid="ignore"):  # damaged cells: what is not finite is screened later
+        return _Export(maker, table, given, head).contents(contents)
 
 
 def _bare(name: str) -> str:

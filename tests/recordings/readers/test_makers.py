@@ -9,7 +9,15 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from recordings import Recording, read_recording
-from tests.recordings.readers.swing import DOWN, NED, Swing, assert_the_same_field, swing
+from tests.recordings.readers.swing import (
+    DOWN,
+    NED,
+    Swing,
+    assert_read_or_refused,
+    assert_the_same_field,
+    damaged,
+    swing,
+)
 
 GAIN_NT = 49_000.0
 """The field at the factory, Xsens' unit."""
@@ -135,6 +143,14 @@ def test_angles_of_another_convention_stay_channels(tmp_path: Path) -> None:
     found = read_recording(table(tmp_path / "vn.csv", names, columns))
     assert found.att_q is None
     np.testing.assert_allclose(found.channels["Roll"], angles[:, 2], atol=1e-6)
+
+
+def test_damage(tmp_path: Path) -> None:
+    of = swing(30)
+    names = ["TimeStartup", *axes("UncompMag{}"), *axes("Accel{}"), "Yaw", "Pitch", "Roll"]
+    columns = np.column_stack([of.time_s * 1e9, of.mag_nT / 1e5, of.accel_m_s2, of.roll_pitch_yaw_deg[:, ::-1]])
+    path = table(tmp_path / "vn.csv", names, columns)
+    assert_read_or_refused(path, damaged(path.read_bytes(), 300))
 
 
 def test_other_tables_keep_their_names(tmp_path: Path) -> None:
