@@ -8,15 +8,18 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
+from calib.acceptance import MAX_MISFIT_FRACTION
 from calib.base import Calibrator
 from calib.held_out.input_models import InputModels, eddy_entries, least_squares_covariance
 from calib.held_out.input_words import caveat, missing_excitation
 from calib.held_out.models import Model
 from calib.held_out.selection import InputChoice, selected
 from calib.input_terms import InputTerm
-from calib.models.ellipsoid import SYMMETRIC_NAMES
+from calib.models.ellipsoid import SYMMETRIC_NAMES, Ellipsoid, Standardised
 from calib.models.inputs import InputGroup, input_groups
+from calib.models.quadric import fit_ellipsoid_specific, refit
 from calib.models.vector import EDDY_NAMES, SOFT_IRON_NAMES
+from calib.observability import Extent, unobservable
 from calib.reference import Reference
 from calib.result import OFFSET_NAMES, Calibration, Status
 from recordings import Recording
@@ -26,6 +29,8 @@ MOST_SAMPLES = 5_000
 """Samples, evenly spaced, that inputs are chosen by; the chosen model is fitted to all."""
 HELD_OUT, HELD_OUT_WITHOUT = "held_out_rms_nT", "held_out_rms_without_inputs_nT"
 """Parameters: rms on legs that no fit has seen, with and without the terms of inputs."""
+
+NO_ELLIPSOID = "no ellipsoid fits the measurements: check field, unit and axes, or turn about more axes"
 
 
 @dataclass(frozen=True)
@@ -52,6 +57,8 @@ class CalibratorWithInputs(Calibrator):
         whole = InputModels.of(recording, reference, slice(None), eddy=choice.eddy)
         fitted = whole.model(choice.groups, eddy=choice.eddy)
         found = fitted_calibration(self.name, fitted, choice, reference.strength_nT)
+        if found.parameters["noise_std_nT"] > MAX_MISFIT_FRACTION * reference.strength_nT and not self._fits_vector:
+            return _unfitted(recording)
         without = choice.errors if not choice.groups else models.errors(models.model((), eddy=choice.eddy))
         rms = {HELD_OUT: choice.errors.typical_nT, HELD_OUT_WITHOUT: without.typical_nT}
         status = self._status(models, choice, groups)
@@ -67,6 +74,15 @@ class CalibratorWithInputs(Calibrator):
         """Ok, possibly with a caveat; unobservable where no current or command is excited enough to be told."""
         lost = missing_excitation(models, choice, groups)
         return Status("unobservable", lost) if lost else Status("ok", caveat(models, choice, groups))
+
+
+def _unfitted(recording: Recording) -> Status:
+    """Why no ellipsoid fits: unobservable where the best quadric through the measurements is none."""
+    x = Standardised.of(recording.mag_nT).x
+    if Ellipsoid.of_quadric(refit(x, fit_ellipsoid_specific(x)).theta) is not None:
+        return Status("not_converged", NO_ELLIPSOID)
+    why = "the quadric that fits the measurements best is not an ellipsoid"
+    return unobservable(Extent.of(recording.mag_nT).thinnest, why)
 
 
 def fitted_calibration(name: str, model: Model, choice: InputChoice, strength_nT: float) -> Calibration:

@@ -19,13 +19,14 @@ EARLIEST, LATEST = datetime.date(1990, 1, 1), datetime.date(2100, 1, 1)
 """Dates outside belong to a clock that was never set."""
 
 
-def gps_date(week: float, second: float) -> datetime.date | None:
-    """Return the UTC date of a week and a second of the satellites' clock; None for a clock that was not set."""
+def gps_utc_s(week: float, second: float) -> float | None:
+    """Return seconds since 1970 (UTC) of a week and a second of the satellites' clock; None for one not set."""
     if not 0 <= second <= WEEK_S or not 0 < week < 10_000:
         return None
     when = GPS_START + datetime.timedelta(weeks=week, seconds=second)
     leap = next((seconds for day, seconds in LEAP_SECONDS.items() if when.date() >= day), 13)
-    return _set((when - datetime.timedelta(seconds=leap)).date())
+    utc = when - datetime.timedelta(seconds=leap)
+    return None if _set(utc.date()) is None else (utc - datetime.datetime(1970, 1, 1)).total_seconds()
 
 
 def unix_date(second: float) -> datetime.date | None:

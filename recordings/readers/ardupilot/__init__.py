@@ -13,7 +13,7 @@ from recordings.readers.ardupilot.magnetometers import Compass, compasses_of
 from recordings.readers.ardupilot.messages import Dataflash, read_dataflash
 from recordings.readers.ardupilot.motion import attitude_stream, imu_stream, position_stream
 from recordings.readers.ardupilot.parameters import Parameters
-from recordings.readers.ardupilot.place import date_of, fixes_of, place_of, place_stream
+from recordings.readers.ardupilot.place import date_of, fixes_of, place_of, place_stream, start_of
 from recordings.readers.ardupilot.power import command_streams, current_streams
 from recordings.readers.ardupilot.vehicle import state_streams, vehicle_of
 from recordings.readers.base import FileContents, FileFormat, Wanted
@@ -59,6 +59,7 @@ def _vehicle_log(log: Dataflash, wanted: Wanted, stream: str | None) -> VehicleL
         frame="frd",
         place=place_of(fixes) if fixes else None,
         date=date_of(fixes) if fixes else None,
+        start_s=start_of(log, fixes) if fixes else None,
         applied={name: one.applied for name, one in compasses.items() if one.applied is not None},
     )
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from recordings.channels import ALTITUDE, LATITUDE, LONGITUDE
 from recordings.readers.ardupilot.messages import Dataflash, Messages
-from recordings.readers.utc import gps_date
+from recordings.readers.utc import gps_utc_s, unix_date
 from recordings.streams import Stream
 
 THREE_D_FIX = 3
@@ -36,11 +36,22 @@ def place_of(fixes: Messages) -> tuple[float, ...] | None:
 
 def date_of(fixes: Messages) -> datetime.date | None:
     """Return the day (UTC) of the middle fix; None where the log has no time of satellites."""
+    since_1970_s = _middle_utc_s(fixes)
+    return None if since_1970_s is None else unix_date(since_1970_s)
+
+
+def start_of(log: Dataflash, fixes: Messages) -> float | None:
+    """Return seconds since 1970 (UTC) at the log's time 0, by the middle fix."""
+    since_1970_s = _middle_utc_s(fixes)
+    return None if since_1970_s is None else since_1970_s - float(log.times_s(fixes)[len(fixes) // 2])
+
+
+def _middle_utc_s(fixes: Messages) -> float | None:
     week, millisecond = (next((n for n in names if n in fixes), None) for names in (WEEK, MILLISECOND))
     if week is None or millisecond is None:
         return None
     middle = len(fixes) // 2
-    return gps_date(float(fixes.numbers(week)[middle]), float(fixes.numbers(millisecond)[middle]) / 1000)
+    return gps_utc_s(float(fixes.numbers(week)[middle]), float(fixes.numbers(millisecond)[middle]) / 1000)
 
 
 def place_stream(log: Dataflash) -> dict[str, Stream]:

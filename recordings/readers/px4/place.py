@@ -75,6 +75,17 @@ def _date(log: ULog) -> datetime.date | None:
     return None
 
 
+def start_of(log: ULog) -> float | None:
+    """Return seconds since 1970 (UTC) at the log's time 0, by the satellites' clock; None without."""
+    for topic in (*log.instances("vehicle_gps_position"), *log.instances("sensor_gps")):
+        if "time_utc_usec" in topic:
+            utc_s = topic.times_s("time_utc_usec")
+            start_s = float(np.median((utc_s - topic.times_s())[utc_s > 0])) if (utc_s > 0).any() else 0.0
+            if _day(start_s) is not None:
+                return start_s
+    return None
+
+
 def _day(since_1970_s: float) -> datetime.date | None:
     earliest, latest = (datetime.datetime(year, 1, 1, tzinfo=datetime.UTC).timestamp() for year in YEARS)
     if not earliest < since_1970_s < latest:

@@ -12,7 +12,7 @@ from recordings.readers.px4.channels import channel_streams
 from recordings.readers.px4.contents import ULog
 from recordings.readers.px4.magnetometers import magnetometers
 from recordings.readers.px4.motion import motion_streams
-from recordings.readers.px4.place import place_and_date
+from recordings.readers.px4.place import place_and_date, start_of
 from recordings.readers.px4.power import power_streams
 from recordings.readers.px4.ulog import MAGIC, read_ulog
 from recordings.readers.vehicle_log import VehicleLog
@@ -47,6 +47,7 @@ def _contents(path: Path, wanted: Wanted, stream: str | None) -> FileContents:
         frame="frd",
         place=place,
         date=date,
+        start_s=start_of(log),
         applied={one.name: one.applied for one in found},
     )
     return vehicle.contents(path, wanted, stream)

@@ -164,6 +164,10 @@ def test_attitude_rate_and_force_agree_with_the_field(tmp_path: Path) -> None:
 def test_place_date_phase_and_channels(contents: FileContents) -> None:
     assert contents.place == pytest.approx((52.4556363, 10.5585815, 47.77))
     assert contents.date == datetime.date(2025, 9, 2)
+    noon = datetime.datetime(2025, 9, 2, 12, 58, 54, 200_000, tzinfo=datetime.UTC).timestamp()
+    times_s = contents.table["time_s"].to_numpy()
+    assert contents.start_s is not None
+    assert contents.start_s + times_s[0] < noon < contents.start_s + times_s[-1]
     table = contents.table.to_pydict()
     assert [table["phase"][0], table["phase"][-1]] == ["loiter", "poshold"]
     assert table["phase"].index("poshold") == 200

@@ -115,6 +115,7 @@ def test_place_and_date_of_the_gps(
     contents = read(tmp_path, topic)
     assert contents.place == pytest.approx((47.00009, 8.5, 524.0), abs=1e-6)
     assert contents.date == datetime.date(2023, 11, 14)
+    assert contents.start_s == pytest.approx(1_700_000_000 - 99, abs=1e-3)
     assert "position from GPS, relative to the first fix" in contents.notes
     t = contents.table["time_s"].to_numpy()
     np.testing.assert_allclose(contents.table["latitude_deg"].to_numpy(), 47.0 + 1e-5 * (t - 102), atol=1e-7)
