@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from magbench.api.inputs import (
     Data,
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
     from calib.reference import Reference
     from diagnosis.policy import Policy
+    from diagnosis.question import Question
     from diagnosis.sources import Source
     from magbench.api.results import DiagnosisResult, PooledDiagnosisResult
     from recordings.reading import Reading
@@ -52,7 +53,8 @@ def diagnose(
 
     data : or a list of paths: several recordings of one instrument, diagnosed together.
     model : a scenario's name, or a file of it or of its [field] and [effects.*] alone; without it hard iron, soft iron
-        and white noise, fitted. confirm : a second recording, in which the finding must hold too. actuators : channels
+        and white noise, fitted; so with a calibration's file, which `magbench.recheck` compares with the fitted iron.
+        confirm : a second recording, in which the finding must hold too. actuators : channels
         to treat like motor currents. time_s : (n,) of `data`, where that is an array. policy : the numbers that decide.
         run : of a dataset directory; None: all of its runs together. sensor : which of an array of sensors, counted
         from 1. reference_sensor : the one whose reading is the field.
@@ -61,19 +63,26 @@ def diagnose(
     Raises InputError for data, models and references that cannot be used.
     """
     from diagnosis.answer import answer
-    from diagnosis.policy import STANDARD
-    from diagnosis.question import Question
     from magbench.api.results import diagnosis_result
 
     read = reading_from(data, maps, reading)
     sources = _sources(data, time_s, read, run, sensor, reference_sensor)
     strength_nT, vector_nT = stated_field(field_strength_nT, field_enu_nT, read)
     stated = {"strength_nT": strength_nT, "field_enu_nT": vector_nT, "actuators": actuators}
-    question = Question.about(model, **stated, policy=policy or STANDARD)
+    question = _question(model, stated, policy)
     with locked(out) as place:
         found = diagnosis_result(answer(question, sources, _second(confirm, sources, read), say))
         _write(found, place, sources, say)
     return found
+
+
+def _question(model: str | Path | None, stated: dict[str, Any], policy: Policy | None) -> Question:
+    """The question about a model; its iron is fitted where a calibration is stated in its place."""
+    from diagnosis.policy import STANDARD
+    from diagnosis.question import Question
+    from magbench.api.stated_calibration import is_calibration
+
+    return Question.about(None if is_calibration(model) else model, **stated, policy=policy or STANDARD)
 
 
 def _second(confirm: Data | None, sources: Sequence[Source], reading: Reading) -> Source | None:

@@ -12,12 +12,17 @@ from magbench.options import FieldStrength, FieldVector, Json
 from magbench.reading_options import reads_logs
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from magbench.api.recheck_result import RecheckResult
+    from magbench.api.results import DiagnosisResult, PooledDiagnosisResult
     from recordings.reading import Reading
 
 Model = Annotated[
     str | None,
     typer.Option(
-        help="A scenario or model file.  [default: hard iron, soft iron, white noise, fitted]",
+        help="A scenario or model file, or a calibration as of `recheck`: its iron is compared with the fitted.  "
+        "[default: hard iron, soft iron, white noise, fitted]",
         callback=known_scenario,
         autocompletion=complete_scenario,
     ),
@@ -76,10 +81,9 @@ def command(
     Example: magbench diagnose monday.parquet tuesday.parquet friday.parquet --model auv-dive -o out/diagnosis
     """
     from magbench.api.diagnose import diagnose
-    from magbench.console import emit, say
-    from magbench.tables import show_answer
-    from reports.outputs.diagnosis import FILES
+    from magbench.console import say
 
+    iron = _iron(model, measured, reading, (field_strength_nT, field_vector(field_enu_nT)), (run or 0, sensor))
     place = out or Path("out") / "diagnosis"
     found = diagnose(
         measured,
@@ -95,10 +99,45 @@ def command(
         out=place,
         say=lambda stage: say(f"diagnosis: {stage}"),
     )
+    _show(found, iron, place, json)
+    if not found.verdict.explained or any(one.verdict == "changed" for one in iron):
+        raise typer.Exit(1)
+
+
+def _show(
+    found: DiagnosisResult | PooledDiagnosisResult, iron: Sequence[RecheckResult], place: Path, json: bool
+) -> None:
+    """The stated calibrations' iron, and the diagnosis."""
+    from magbench.api.stated_calibration import changed_iron
+    from magbench.console import emit, say, show_text
+    from magbench.tables import show_answer
+    from reports.outputs.diagnosis import FILES
+
+    stated = [changed_iron(one) for one in iron]
     if json:
-        emit(found.as_dict() | {"model_out": str(place / "model.toml")})
+        told = {"stated_calibration": stated} if stated else {}
+        emit(found.as_dict() | {"model_out": str(place / "model.toml")} | told)
     else:
+        for one in stated:
+            show_text(f"the stated calibration: {one['sentence']}\n")
         show_answer(found.presented)
     say(f"{place}: {', '.join(FILES)}")
-    if not found.verdict.explained:
-        raise typer.Exit(1)
+
+
+def _iron(
+    model: str | None,
+    measured: list[Path],
+    reading: Reading,
+    field: tuple[float | None, list[float] | None],
+    which: tuple[int, int | None],
+) -> list[RecheckResult]:
+    """A calibration in place of the model, against each recording; none for a model."""
+    from magbench.api.recheck import recheck
+    from magbench.api.stated_calibration import is_calibration
+
+    if model is None or not is_calibration(model):
+        return []
+
+    strength_nT, vector_nT = field
+    options = {"field_enu_nT": vector_nT, "reading": reading, "run": which[0], "sensor": which[1]}
+    return [recheck(model, one, strength_nT, **options) for one in measured]  # type: ignore[arg-type]

@@ -81,6 +81,19 @@ def test_calibrate_prints_the_figures_of_other_programs(place: Path, capsys: pyt
     assert fitness["passes"]
 
 
+@pytest.mark.parametrize(("name", "verdict"), [("moved", "changed"), ("same", "valid")])
+def test_diagnose_tells_stale_iron_of_a_stated_calibration(
+    place: Path, name: str, verdict: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    data, old = str(place / f"{name}.parquet"), str(place / "px4.params")
+    main(["diagnose", data, "--model", old, *FIELD, "-o", str(place / "out"), "--json"])
+    (iron,) = json.loads(capsys.readouterr().out)["stated_calibration"]
+    assert iron["verdict"] == verdict
+    if verdict == "changed":
+        assert iron["changed"][0]["effect"] == "hard_iron"
+        assert iron["changed"][0]["low"][1] < -933.0 < iron["changed"][0]["high"][1]
+
+
 def test_a_result_has_a_table_and_a_picture(place: Path) -> None:
     found = magbench.recheck(place / "calibration.json", place / "same.parquet", field_enu_nT=FIELD_ENU_NT)
     assert list(found.to_frame()["part"]) == [one.what for one in found.parts]
