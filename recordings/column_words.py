@@ -142,12 +142,20 @@ class ColumnName:
         tails = ("".join(self.words[-k:]) for k in (3, 2, 1) if len(self.words) > k or kind == "time")
         return next((spelt[text] for text in (self.bracketed, *tails) if text in spelt), None)
 
+    @property
+    def indexed(self) -> str:
+        """The component x, y or z of a name that ends in [0], [1] or [2]; "" for another name."""
+        return {"[0]": "x", "[1]": "y", "[2]": "z"}.get(self.name.rstrip()[-3:], "")
+
     def component(self, of: str) -> tuple[str, frozenset[str]] | None:
         """Return the component of a vector's column and the other words; None for another column.
 
-        of : the components, "xyz" or "wxyz". A component is a word, or the first or last letter of the only word.
+        of : the components, "xyz" or "wxyz". A component is a word, the first or last letter of the only word, or of x,
+        y and z a number in brackets: `magADC[0]` of a blackbox log is x.
         """
         words = self.plain
+        if self.indexed in tuple(of):
+            return self.indexed, frozenset(words)
         letters = [k for k, word in enumerate(words) if word in of and len(word) == 1]
         if letters:
             at = letters[-1]

@@ -146,7 +146,7 @@ CASES: dict[str, tuple[Make, list[str], tuple[str, ...]]] = {
     "autopilot's log": (
         content(b"ULog\x01\x12\x35", "log.ulg"),
         [],
-        ("IAGA-2002 nor CSV", "ulog2csv"),
+        ("is no ULog, or cut off in its header",),
     ),
     "binary called csv": (content(b"\xff\xfe\x00\x12" * 99, "log.csv"), [], ("not a text table",)),
     "zip called csv": (content(b"PK\x03\x04\x00\x00" * 99, "log.csv"), [], ("not a text table",)),
@@ -225,7 +225,7 @@ def test_log_is_refused_in_one_line(tmp_path: Path, make: Make, maps: list[str],
     message = str(caught.value)
     assert message.startswith(str(path))
     assert "\n" not in message
-    assert len(message) < len(str(path)) + 300
+    assert len(message) < len(str(path)) + 400
     assert caught.value.do
     for word in words:
         assert word in message

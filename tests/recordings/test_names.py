@@ -44,6 +44,8 @@ MAG = {
     "t,magnetometer_x_counts,magnetometer_y_counts,magnetometer_z_counts": "magnetometer_x_counts,"
     "magnetometer_y_counts,magnetometer_z_counts,count",
     "loggingTime(txt),locationHeadingX(µT),locationHeadingY(µT),locationHeadingZ(µT)": "-",
+    "loopIteration,time (us),axisI[0],axisI[1],axisI[2],magADC[0],magADC[1],magADC[2],debug[0]": "magADC[0],"
+    "magADC[1],magADC[2],count",
     "time,ax,ay,az": "-",
     "heading,speed,depth": "-",
 }
@@ -55,6 +57,8 @@ OTHERS = {
     "gyro_z_rad_s=gyro_z_dps/deg/s",
     "millis,mx,my,mz,Temperature (°C)": "time_s=millis/ms temperature_degC=Temperature (°C)/degC",
     "time_boot_ms,xmag,ymag,zmag": "time_s=time_boot_ms/ms",
+    "time (us),gyroADC[0],gyroADC[1],gyroADC[2],accSmooth[0],accSmooth[1],accSmooth[2],magADC[0]": "time_s="
+    "time (us)/us gyro_y_rad_s=gyroADC[1] accel_z_m_s2=accSmooth[2]",
     "seconds_elapsed,time,z,y,x": "time_s=time",
     "Time (ms),mx,my,mz": "time_s=Time (ms)/ms",
 }
