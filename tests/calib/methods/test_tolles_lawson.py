@@ -143,6 +143,17 @@ def test_a_heading_that_the_fit_has_not_seen_is_compensated_as_claimed(seed, veh
     assert after < 4.0 * fit.parameters["held_out_rms_nT"]
 
 
+@pytest.mark.parametrize("seed", [1, 2])
+def test_one_heading_does_not_tell_what_the_vehicle_does_on_others(seed):
+    """The held-out parts gain on that heading; a quarter turn away the terms that are not seen would be added."""
+    recording, reference = flight(seed, 30.0)
+    fit = get("tolles_lawson").fit(recording.taken(slice(0, 1200)), reference)
+    assert fit.parameters["improvement_ratio"] > 2.0
+    assert fit.status.kind == "unobservable"
+    assert "on other headings" in fit.status.reason
+    assert not any(fit.parameters.get(name, 0.0) for name in NAMES)
+
+
 def test_a_given_band_and_ridge_are_used(standard):
     recording, reference = flight(1, 30.0)
     fit = TollesLawsonCalibrator(band_hz=(0.05, 0.6), ridge=1e-6).fit(recording, reference)
