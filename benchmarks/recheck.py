@@ -63,7 +63,7 @@ class Instrument:
 
     def log(self, rng: np.random.Generator) -> Recording:
         """Return a log: a turn with swinging roll and pitch."""
-        t = 0.1 * np.arange(self.samples)
+        t = 0.1 * np.arange(self.samples, dtype=np.float64)
         turn = self._turn(t, rng)
         current_A = 5.0 + 5.0 * np.sin(2 * np.pi * t / 7.3 + rng.uniform(0, 6))
         mag = turn.apply(FIELD_ENU_NT) @ self.soft.T + self.offset_nT + np.outer(current_A, self.motor_nT_A)

@@ -128,7 +128,7 @@ def _iron(
     model: str | None,
     measured: list[Path],
     reading: Reading,
-    field: tuple[float | None, list[float] | None],
+    field: tuple[float | None, tuple[float, float, float] | None],
     which: tuple[int, int | None],
 ) -> list[RecheckResult]:
     """A calibration in place of the model, against each recording; none for a model."""
