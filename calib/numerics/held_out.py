@@ -48,7 +48,8 @@ class BlockSquares:
         """The sums over fewer, longer blocks."""
         groups = np.array_split(np.arange(len(self.rows)), parts)
         each = (self.N, self.g, self.square, self.rows)
-        return BlockSquares(*(np.array([of[group].sum(axis=0) for group in groups]) for of in each), self.size)
+        N, g, square, rows = (np.array([of[group].sum(axis=0) for group in groups]) for of in each)
+        return BlockSquares(N, g, square, rows, self.size)
 
     @property
     def raw_rms(self) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from os import PathLike
 from typing import TYPE_CHECKING, TypeVar, overload
 
 from magbench.api.inputs import (
@@ -20,13 +21,12 @@ Method = TypeVar("Method")
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from os import PathLike
     from pathlib import Path
 
     from numpy.typing import ArrayLike
 
     from calib.reference import Reference
-    from magbench.api.results import CalibrationResult, Calibrations
+    from magbench.api.calibration_results import CalibrationResult, Calibrations
     from recordings import Recording
     from recordings.reading import Reading
     from validation.calibrating.base_station import WithoutChange
@@ -122,16 +122,16 @@ def calibrate(
     Raises InputError for data that are not fit for use, an unknown calibrator, a reference that is not known, and
     for a refused export, after all other files are written.
     """
-    from magbench.api.results import Calibrations
+    from magbench.api.calibration_results import Calibrations
 
-    forms, tolerance_deg = _forms(exports, out), _tolerance(tolerance_deg)
+    forms = _forms(exports, out)
     chosen = calibrators_from(with_, exec_, time_limit_s) if with_ or exec_ else ()
     with locked(out) as place:
         read = reading_from(data, maps, reading)
         known = recording_and_reference(data, (field_strength_nT, field_enu_nT), time_s, read, run)
         results = Calibrations.of(*known, chosen, _quiet(known[1], base, base_start))
-        results.tolerance_deg = tolerance_deg
-        _finish(results, _unit(unit_out, read), place, forms, force)
+        results.tolerance_deg, results.unit = _tolerance(tolerance_deg), _unit(unit_out, read)
+        _write(results, place, forms, force, data)
     return _chosen(results, with_, exec_)
 
 
@@ -179,19 +179,20 @@ def _forms(exports: Sequence[str], out: str | PathLike[str] | None) -> tuple[str
     return known_forms(",".join(exports)) if exports else ()
 
 
-def _finish(
-    results: Calibrations, unit: OutputUnit | None, place: Path | None, forms: Sequence[str], force: bool
-) -> None:
-    """Write calibration.json and exports; InputError for refused exports, after all other files are written."""
+def _write(results: Calibrations, place: Path | None, forms: Sequence[str], force: bool, data: Data) -> None:
+    """Write calibration.json, exports and page; InputError for refused exports, after all other files are written."""
+    from reports.outputs.calibration import write_calibration_page
     from validation.calibrating.calibration_file import RefusedExportsError, write_calibrations
 
-    results.unit = unit
     if place is None:
         return
     applied = results.recording.origin.applied
-    refused = write_calibrations(results, place, forms, force=force, unit=results.unit, applied=applied)
-    if refused:
-        raise RefusedExportsError(refused, results)
+    written = write_calibrations(results, place, forms, force=force, unit=results.unit, applied=applied)
+    told = (*written.files, *(f"not exported: {line}" for line in written.refused))
+    shown = results.presented(path_of(data).name if isinstance(data, str | PathLike) else "recording")
+    write_calibration_page(shown, results, results.recording, results.reference, place, told)
+    if written.refused:
+        raise RefusedExportsError(written.refused, results)
 
 
 def _single(results: Calibrations, name: str) -> CalibrationResult:

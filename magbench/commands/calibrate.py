@@ -14,7 +14,7 @@ from magbench.reading_options import reads_logs
 from validation.calibrating.processes import TIME_LIMIT_S
 
 if TYPE_CHECKING:
-    from magbench.api.results import Calibrations
+    from magbench.api.calibration_results import Calibrations
     from recordings.reading import Reading
     from validation.assessment.assessment import Assessment
     from validation.cross_validation.claimed_std import Claim

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any, Self
 
 import numpy as np
@@ -11,8 +11,11 @@ import numpy as np
 from calib import Calibration, Reference
 from calib.result import OFFSET_NAMES
 from recordings import Recording
+from validation.assessment.assessment import Assessment
+from validation.assessment.judgement import ToleranceAnswer
+from validation.assessment.wording import calibration_summary, summary, tolerance_texts, verdict
 from validation.calibrating.residual_parts import by_channel, by_phase, strength_residual
-from validation.text import figure, sentence, short
+from validation.text import figure, sentence
 
 NORMAL_95 = 1.96
 """Half of the 95 % interval in standard deviations."""
@@ -35,6 +38,13 @@ class PresentedFit:
     strength: Row
     offset: Row
     matrix: tuple[Row, ...]
+
+    def row(self) -> dict[str, str]:
+        """Return the texts by the heads of a table."""
+        before, after = self.strength
+        figures = dict(zip(("offset x, nT", "offset y, nT", "offset z, nT"), self.offset, strict=True))
+        rms = {"strength before, nT": before, "after, held out, nT": after}
+        return {"calibrator": self.name, "status": self.status, "heading error [95 %]": self.heading, **rms, **figures}
 
     @classmethod
     def of(cls, name: str, fit: Calibration, assessed: Mapping[str, Any]) -> Self:
@@ -67,7 +77,7 @@ class PresentedCalibrations:
     tiles: tuple[Tile, ...]
     fits: tuple[PresentedFit, ...]
     best: str | None
-    tolerance: str
+    tolerance: tuple[str, ...]
     causes: tuple[Row, ...]
     phases: tuple[Row, ...]
     channels: tuple[Row, ...]
@@ -80,25 +90,24 @@ class PresentedCalibrations:
         results: Mapping[str, Calibration],
         recording: Recording,
         reference: Reference,
-        assessed: Mapping[str, Any],
-        best: str | None,
-        headline: str,
+        assessment: Assessment,
         doubts: Sequence[str] = (),
     ) -> Self:
-        """Compute all texts; assessed : an assessment's summary, with `calibrations` by name."""
-        parts = assessed.get("calibrations", {})
-        residual = None if best is None else strength_residual(results[best], _of_sensor(recording, best), reference)
+        """Compute all texts; doubts : sentences about faults of the recording."""
+        parts = {name: calibration_summary(one) for name, one in assessment.calibrations.items()}
+        best, answer = assessment.recommended or None, assessment.tolerance
+        phases, channels = _residual(results, recording, reference, best)
         return cls(
             title=title,
-            headline=headline,
-            doubts=tuple(doubts),
-            tiles=tuple(_tiles(assessed, parts.get(best, {}))),
+            headline=sentence(verdict(assessment)),
+            doubts=(*doubts, *(sentence(text) for text in assessment.trust.doubts)),
+            tiles=tuple(_tiles(summary(assessment), parts.get(best or "", {}))),
             fits=tuple(PresentedFit.of(name, fit, parts.get(name, {})) for name, fit in results.items()),
             best=best,
-            tolerance=_tolerance(assessed.get("tolerance")),
-            causes=_causes(assessed.get("tolerance")),
-            phases=() if residual is None else _phases(residual, recording),
-            channels=() if residual is None else _channels(residual, recording),
+            tolerance=tuple(sentence(text) for text in tolerance_texts(answer)) if answer else (),
+            causes=_causes(answer),
+            phases=phases,
+            channels=channels,
             notes=recording.origin.notes,
         )
 
@@ -111,7 +120,8 @@ def interval(found: Mapping[str, float | None] | None, unit: str = "°") -> str:
     return f"{figure(float(found['value'] or 0.0), 2)}{unit}" + (f" [{', '.join(ends)}]" if ends else "")
 
 
-def _of_sensor(recording: Recording, key: str) -> Recording:
+def of_sensor(recording: Recording, key: str) -> Recording:
+    """Return the recording of the sensor that a key `name@sensor` names; of a single magnetometer the recording."""
     _, _, sensor = key.partition("@")
     return recording.sensor(int(sensor) - 1) if sensor and recording.array_mag_nT is not None else recording
 
@@ -152,25 +162,23 @@ def _tiles(assessed: Mapping[str, Any], best: Mapping[str, Any]) -> list[Tile]:
     return tiles
 
 
-def _tolerance(found: Mapping[str, Any] | None) -> str:
-    """Return the answer to a tolerance, and what to fly where it is undecidable."""
-    if not found:
-        return ""
-    leg = found.get("next_leg")
-    text = leg.get("text", "") if isinstance(leg, Mapping) else leg or ""
-    return sentence(f"{found['answer']}{': ' + str(text) if text else ''}")
-
-
-def _causes(found: Mapping[str, Any] | None) -> tuple[Row, ...]:
-    causes = {name: value for name, value in ((found or {}).get("causes") or {}).items() if value is not None}
+def _causes(answer: ToleranceAnswer | None) -> tuple[Row, ...]:
+    causes = {} if answer is None or answer.causes is None else asdict(answer.causes)
     return tuple((name.replace("_", " "), figure(float(value), 2)) for name, value in causes.items())
 
 
-def _phases(residual: Any, recording: Recording) -> tuple[Row, ...]:
-    parts = by_phase(residual, recording)
-    return tuple((one.phase, f"{one.samples:,}", figure(one.mean_nT), figure(one.rms_nT)) for one in parts)
+def _residual(
+    results: Mapping[str, Calibration], recording: Recording, reference: Reference, best: str | None
+) -> tuple[tuple[Row, ...], tuple[Row, ...]]:
+    """Return the rows of PHASE_HEADS and of CHANNEL_HEADS; none where no calibration is recommended."""
+    if best is None:
+        return (), ()
+    measured = of_sensor(recording, best)
+    residual = strength_residual(results[best], measured, reference)
+    phases = ((one.phase, f"{one.samples:,}", one.mean_nT, one.rms_nT) for one in by_phase(residual, measured))
+    channels = ((one.channel, 100 * one.share, one.slope_nT) for one in by_channel(residual, measured)[:MOST_CHANNELS])
+    return tuple(map(_texts, phases)), tuple(map(_texts, channels))
 
 
-def _channels(residual: Any, recording: Recording) -> tuple[Row, ...]:
-    parts = by_channel(residual, recording)[:MOST_CHANNELS]
-    return tuple((one.channel, figure(100 * one.share, 2), short(one.slope_nT)) for one in parts)
+def _texts(row: Sequence[str | float]) -> Row:
+    return tuple(cell if isinstance(cell, str) else figure(cell) for cell in row)

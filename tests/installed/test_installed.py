@@ -68,10 +68,10 @@ magbench.calibrate(5)
 magbench.calibrat
 """
 REVEALED = """
-magbench.api.results.CalibrationResult
+magbench.api.calibration_results.CalibrationResult
 ndarray[ numpy.float64
 matplotlib.figure.Figure
-magbench.api.results.Calibrations
+magbench.api.calibration_results.Calibrations
 ndarray[ numpy.float64
 list[magbench.validation.inspection.finding.Finding]
 magbench.diagnosis

@@ -14,7 +14,8 @@ import pytest
 
 import magbench
 from magbench import InputError
-from magbench.api.results import CalibrationResult, Displayed
+from magbench.api.calibration_results import CalibrationResult
+from magbench.api.results import Displayed
 from recordings import Recording, write_recording
 from scenarios.arrays import Array
 from tests.short import short

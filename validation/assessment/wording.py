@@ -97,7 +97,8 @@ def calibration_summary(one: CalibrationAssessment) -> Plain:
         "strength_rms": None
         if strength is None
         else {"before": strength.before_nT, "after_held_out": strength.after_nT},
-        "coverage": asdict(one.coverage),
+        "coverage": one.coverage.share,
+        "missing_faces": list(one.coverage.missing),
         "legs": None if one.agreement is None else asdict(one.agreement),
         "quality": one.quality,
         "trust": one.trust.word,

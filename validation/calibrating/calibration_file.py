@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -31,6 +31,13 @@ UNSAFE = re.compile(r"[^\w.@=-]+")
 WANTED = "give a calibration.json that `magbench calibrate` wrote"
 
 
+class WrittenCalibrations(NamedTuple):
+    """The files by name, and a line for each reason of refused exports."""
+
+    files: tuple[str, ...]
+    refused: tuple[str, ...]
+
+
 def write_calibrations(
     results: Mapping[str, Calibration],
     out: Path,
@@ -39,13 +46,12 @@ def write_calibrations(
     force: bool = False,
     unit: OutputUnit | None = None,
     applied: AppliedCalibration | None = None,
-) -> tuple[str, ...]:
+) -> WrittenCalibrations:
     """Write OUT/calibration.json, {name: calibration}, and each calibration in the export formats `forms`.
 
     Exports of several calibrations go to folders OUT/NAME/. force : see `export.exported`.
     unit : of the C header and of a further file, calibration_in_UNIT.json. applied : what the autopilot of the log had
-    in force. Returns a line for each reason of refused exports; a refusal keeps back no other file. Raises InputError
-    for a file that cannot be written.
+    in force. A refusal keeps back no other file. Raises InputError for a file that cannot be written.
     """
     files = {FILE: json.dumps({k: calib.to_dict(c) for k, c in results.items()}, indent=1, allow_nan=False) + "\n"}
     if unit is not None:
@@ -63,7 +69,7 @@ def write_calibrations(
             else:
                 files[folder + name] = text
     _write_all(files, out)
-    return tuple(f"{', '.join(forms)} of {why}" for why, forms in refused.items())
+    return WrittenCalibrations(tuple(files), tuple(f"{', '.join(forms)} of {why}" for why, forms in refused.items()))
 
 
 def _write_all(files: Mapping[str, str], out: Path) -> None:

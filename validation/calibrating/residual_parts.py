@@ -41,7 +41,7 @@ class ChannelResidual:
 
 def strength_residual(calibration: Calibration, recording: Recording, reference: Reference) -> Array:
     """Return |h| - F of the corrected field h, (n,), nT."""
-    return np.linalg.norm(calibration.apply(recording), axis=1) - reference.strength_nT
+    return np.asarray(np.linalg.norm(calibration.apply(recording), axis=1) - reference.strength_nT)
 
 
 def by_phase(residual_nT: Array, recording: Recording) -> tuple[PhaseResidual, ...]:

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -15,6 +13,8 @@ from recordings import Recording
 from recordings.recording import Origin
 from reports.pages.calibration import calibration_page
 from reports.presentation.calibration import PresentedCalibrations, PresentedFit, interval
+from validation.assessment.assessment import assess
+from validation.screening.screening import screen
 
 F_NT = Reference(48_000.0)
 RNG = np.random.default_rng(2)
@@ -27,24 +27,6 @@ LOG = Recording(
     phase=PHASE,
     origin=Origin(notes=("3 rows skipped",)),
 )
-LEG = "40 s of level turn"
-ASSESSED: dict[str, Any] = {
-    "use": "the offset",
-    "quality": "good",
-    "trust": "high",
-    "calibrations": {
-        "ellipsoid": {
-            "heading_error_deg": {"value": 1.234, "low": 0.9, "high": 1.7},
-            "strength_rms": {"before": 2100.0, "after_held_out": 31.4},
-            "coverage": 0.83,
-        }
-    },
-    "tolerance": {
-        "answer": "undecidable",
-        "causes": {"iron": 1.0, "field_model": None},
-        "next_leg": LEG,
-    },
-}
 
 
 @pytest.fixture(scope="module")
@@ -52,19 +34,35 @@ def fits() -> dict[str, Calibration]:
     return {name: get(name).fit(LOG, F_NT) for name in ("ellipsoid", "vector_least_squares")}
 
 
-def presented(fits: dict[str, Calibration], assessed: dict[str, Any] = ASSESSED) -> PresentedCalibrations:
-    headline = "heading within 1.2 deg [0.9, 1.7] on a level survey"
-    return PresentedCalibrations.of("log.csv", fits, LOG, F_NT, assessed, "ellipsoid", headline, ("stuck: z",))
+@pytest.fixture(scope="module")
+def found(fits: dict[str, Calibration]) -> PresentedCalibrations:
+    """Presented with the answer to a tolerance of half a degree."""
+    assessment = assess(fits, screen(LOG, F_NT), F_NT, 0.5)
+    return PresentedCalibrations.of("log.csv", fits, LOG, F_NT, assessment, ("Stuck: z.",))
 
 
-def test_the_answer_comes_first_then_figures_with_intervals(fits: dict[str, Calibration]) -> None:
-    page = calibration_page(presented(fits), fits, LOG, F_NT, ("calibration.json: all figures",))
-    order = ["heading within 1.2 deg", "stuck: z", "1.2° [0.9, 1.7]", "2,100 → 31.4", "good", "Undecidable"]
+def test_the_answer_comes_first_then_figures_with_intervals(
+    fits: dict[str, Calibration], found: PresentedCalibrations
+) -> None:
+    page = calibration_page(found, fits, LOG, F_NT, ("calibration.json: all figures",))
+    order = ["Heading within", "Stuck: z.", "held-out legs", "A heading error below 0.5 deg: yes", "iron"]
     places = [page.index(text) for text in order]
     assert places == sorted(places)
     assert "3 rows skipped" in page
     assert "calibration.json: all figures" in page
     assert re.search(r"<td[^>]*>turn</td>", page)
+
+
+def test_the_tiles_hold_the_figures_of_the_recommended_calibration(found: PresentedCalibrations) -> None:
+    """Of a full tumble: the strength with a hard iron deviates by some 1,700 nT, by the noise of 30 nT after."""
+    tiles = {label: value for value, _, label in found.tiles}
+    before, after = (
+        float(text.replace(",", ""))
+        for text in tiles["strength's rms deviation, before and on held-out legs"].split(" → ")
+    )
+    assert before == pytest.approx(np.linalg.norm([1200, 800, 2500]) / 3**0.5, rel=0.1)
+    assert after == pytest.approx(30.0, rel=0.1)
+    assert tiles["quality"] == "good"
 
 
 def test_the_offset_stands_with_half_of_its_interval(fits: dict[str, Calibration]) -> None:
@@ -84,9 +82,12 @@ def test_without_an_estimate_there_are_dashes(fits: dict[str, Calibration]) -> N
     assert (found.heading, found.matrix) == ("–", ())
 
 
-def test_the_page_holds_without_an_assessment(fits: dict[str, Calibration]) -> None:
-    bare = replace(presented(fits, {}), best=None)
-    assert "Is the heading error below" not in calibration_page(bare, fits, LOG, F_NT)
+def test_the_page_holds_where_no_calibration_can_be_used(fits: dict[str, Calibration]) -> None:
+    failed = {"vector_least_squares": fits["vector_least_squares"]}
+    none = PresentedCalibrations.of("log.csv", failed, LOG, F_NT, assess(failed, screen(LOG, F_NT), F_NT))
+    page = calibration_page(none, failed, LOG, F_NT)
+    assert "No calibration can be used" in page
+    assert "Strength before and after" not in page
 
 
 def test_an_interval_without_ends_is_a_value_alone() -> None:

@@ -69,7 +69,7 @@ def test_a_refused_export_keeps_back_no_other_file(tmp_path: Path) -> None:
     old = tmp_path / "sphere" / "px4.params"
     old.parent.mkdir()
     old.write_text("param set CAL_MAG0_XOFF 0.1\n")
-    refused = write_calibrations({"sphere": flat, "ellipsoid": ONE}, tmp_path, ["c", "px4"])
+    refused = write_calibrations({"sphere": flat, "ellipsoid": ONE}, tmp_path, ["c", "px4"]).refused
     assert len(refused) == 1
     assert refused[0].startswith("c, px4 of sphere: there is no estimate (unobservable): the motion is flat")
     written = {str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*") if path.is_file()}
