@@ -111,7 +111,8 @@ def calibrate(
     maps : `mag_x_nT=bx,unit=uT` renames and converts columns. reading : a `magbench.Reading`: columns, unit, axes,
         frame, place and date of a log. run : which run of a dataset directory.
     exec_ : programs that calibrate, beside a list of names. time_limit_s : of one fit outside magbench.
-    out : directory for calibration.json and the `exports` (c, px4, ardupilot, ros).
+    out : directory for report.html, calibration.json and the `exports` (c, px4, ardupilot, ros): of every calibrator
+        that was named, else of the recommended one.
     force : export estimates too whose status is not ok, with the status in a comment.
     unit_out : a unit for offset and matrix of the C header and of a further file: uT, mG, ..., `counts=NT_A_COUNT`, or
         `counts` and `log` as the maps or the reading state.
@@ -131,7 +132,7 @@ def calibrate(
         known = recording_and_reference(data, (field_strength_nT, field_enu_nT), time_s, read, run)
         results = Calibrations.of(*known, chosen, _quiet(known[1], base, base_start))
         results.tolerance_deg, results.unit = _tolerance(tolerance_deg), _unit(unit_out, read)
-        _write(results, place, forms, force, data)
+        _write(results, place, forms, force, data, () if chosen else results.recommended)
     return _chosen(results, with_, exec_)
 
 
@@ -179,15 +180,25 @@ def _forms(exports: Sequence[str], out: str | PathLike[str] | None) -> tuple[str
     return known_forms(",".join(exports)) if exports else ()
 
 
-def _write(results: Calibrations, place: Path | None, forms: Sequence[str], force: bool, data: Data) -> None:
-    """Write calibration.json, exports and page; InputError for refused exports, after all other files are written."""
+def _write(
+    results: Calibrations,
+    place: Path | None,
+    forms: Sequence[str],
+    force: bool,
+    data: Data,
+    only: Sequence[str],
+) -> None:
+    """Write calibration.json, exports and page; InputError for refused exports, after all other files are written.
+
+    only : the calibrations to export, all where empty.
+    """
     from reports.outputs.calibration import write_calibration_page
     from validation.calibrating.calibration_file import RefusedExportsError, write_calibrations
 
     if place is None:
         return
     applied = results.recording.origin.applied
-    written = write_calibrations(results, place, forms, force=force, unit=results.unit, applied=applied)
+    written = write_calibrations(results, place, forms, force=force, unit=results.unit, applied=applied, only=only)
     told = (*written.files, *(f"not exported: {line}" for line in written.refused))
     shown = results.presented(path_of(data).name if isinstance(data, str | PathLike) else "recording")
     write_calibration_page(shown, results, results.recording, results.reference, place, told)

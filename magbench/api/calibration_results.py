@@ -121,6 +121,12 @@ class Calibrations(dict[str, CalibrationResult], Displayed):
 
         return assess(self, self.screening, self.reference, self.tolerance_deg)
 
+    @property
+    def recommended(self) -> tuple[str, ...]:
+        """The keys of the recommended calibrator, of an array one a sensor; empty where none is recommended."""
+        name = self.assessment.recommended.partition("@")[0]
+        return tuple(key for key in self if name and key.partition("@")[0] == name)
+
     def known_figures(self) -> dict[str, tuple[KnownFigure, ...]]:
         """The figures of other programs, with their limits, on the recording of each calibration."""
         from validation.known_figures import known_figures

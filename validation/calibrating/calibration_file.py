@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -46,10 +46,12 @@ def write_calibrations(
     force: bool = False,
     unit: OutputUnit | None = None,
     applied: AppliedCalibration | None = None,
+    only: Collection[str] = (),
 ) -> WrittenCalibrations:
     """Write OUT/calibration.json, {name: calibration}, and each calibration in the export formats `forms`.
 
-    Exports of several calibrations go to folders OUT/NAME/. force : see `export.exported`.
+    Exports of several calibrations go to folders OUT/NAME/; only : the names to export, by default all.
+    force : see `export.exported`.
     unit : of the C header and of a further file, calibration_in_UNIT.json. applied : what the autopilot of the log had
     in force. A refusal keeps back no other file. Raises InputError for a file that cannot be written.
     """
@@ -58,8 +60,9 @@ def write_calibrations(
         table = json.dumps(in_unit(results, unit), indent=1, allow_nan=False) + "\n"
         files[f"calibration_in_{unit.measured}.json"] = table
     refused: dict[str, list[str]] = {}
-    for key, result in results.items():
-        folder = UNSAFE.sub("-", key) + "/" if len(results) > 1 else ""
+    chosen = {key: result for key, result in results.items() if key in only or not only}
+    for key, result in chosen.items():
+        folder = UNSAFE.sub("-", key) + "/" if len(chosen) > 1 else ""
         for form in forms:
             try:
                 name, text = exported(result, form, force=force, unit=unit, applied=applied)
