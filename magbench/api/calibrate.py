@@ -132,7 +132,7 @@ def calibrate(
         known = recording_and_reference(data, (field_strength_nT, field_enu_nT), time_s, read, run)
         results = Calibrations.of(*known, chosen, _quiet(known[1], base, base_start))
         results.tolerance_deg, results.unit = _tolerance(tolerance_deg), _unit(unit_out, read)
-        _write(results, place, forms, force, data, () if chosen else results.recommended)
+        _write(results, place, forms, force, data)
     return _chosen(results, with_, exec_)
 
 
@@ -180,24 +180,14 @@ def _forms(exports: Sequence[str], out: str | PathLike[str] | None) -> tuple[str
     return known_forms(",".join(exports)) if exports else ()
 
 
-def _write(
-    results: Calibrations,
-    place: Path | None,
-    forms: Sequence[str],
-    force: bool,
-    data: Data,
-    only: Sequence[str],
-) -> None:
-    """Write calibration.json, exports and page; InputError for refused exports, after all other files are written.
-
-    only : the calibrations to export, all where empty.
-    """
+def _write(results: Calibrations, place: Path | None, forms: Sequence[str], force: bool, data: Data) -> None:
+    """Write calibration.json, exports and page; InputError for refused exports, after all other files are written."""
     from reports.outputs.calibration import write_calibration_page
     from validation.calibrating.calibration_file import RefusedExportsError, write_calibrations
 
     if place is None:
         return
-    applied = results.recording.origin.applied
+    applied, only = results.recording.origin.applied, results.exported
     written = write_calibrations(results, place, forms, force=force, unit=results.unit, applied=applied, only=only)
     told = (*written.files, *(f"not exported: {line}" for line in written.refused))
     shown = results.presented(path_of(data).name if isinstance(data, str | PathLike) else "recording")

@@ -75,6 +75,7 @@ class Calibrations(dict[str, CalibrationResult], Displayed):
         self.screening, self.recording, self.reference = screening, screening.recording, reference
         self.unit: OutputUnit | None = None
         self.tolerance_deg: float | None = None
+        self.named = True
         self.change: WithoutChange | None = None
 
     @classmethod
@@ -92,14 +93,14 @@ class Calibrations(dict[str, CalibrationResult], Displayed):
         screening = screen(recording, reference)
         change = None if quiet is None else quiet(screening.recording)
         screening = screening if change is None else replace(screening, recording=change.recording)
-        chosen = chosen or usual_calibrators(screening.recording, reference)
+        named, chosen = bool(chosen), chosen or usual_calibrators(screening.recording, reference)
         views = {key: one for entry in chosen for key, one in sensor_recordings(recording, entry.name).items()}
         results = {}
         for fit in sensor_fits(screening.recording, reference, chosen):
             judged = screening.judged(fit.calibration, fit.sensor)
             results[fit.key] = CalibrationResult.of(judged, views[fit.key], reference)
         found = cls(results, screening, reference)
-        found.change = change
+        found.change, found.named = change, named
         return found
 
     def __repr__(self) -> str:
@@ -122,10 +123,10 @@ class Calibrations(dict[str, CalibrationResult], Displayed):
         return assess(self, self.screening, self.reference, self.tolerance_deg)
 
     @property
-    def recommended(self) -> tuple[str, ...]:
-        """The keys of the recommended calibrator, of an array one a sensor; empty where none is recommended."""
-        name = self.assessment.recommended.partition("@")[0]
-        return tuple(key for key in self if name and key.partition("@")[0] == name)
+    def exported(self) -> tuple[str, ...]:
+        """The keys of what is exported: all calibrators that were named, else the recommended one on every sensor."""
+        name = "" if self.named else self.assessment.recommended.partition("@")[0]
+        return tuple(key for key in self if not name or key.partition("@")[0] == name)
 
     def known_figures(self) -> dict[str, tuple[KnownFigure, ...]]:
         """The figures of other programs, with their limits, on the recording of each calibration."""

@@ -6,6 +6,7 @@ import json
 import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -55,24 +56,29 @@ def write_calibrations(
     unit : of the C header and of a further file, calibration_in_UNIT.json. applied : what the autopilot of the log had
     in force. A refusal keeps back no other file. Raises InputError for a file that cannot be written.
     """
+    files = _tables(results, unit)
+    chosen = {key: result for key, result in results.items() if key in only or not only}
+    refused: dict[str, list[str]] = {}
+    for key, form in product(chosen, forms):
+        folder = UNSAFE.sub("-", key) + "/" if len(chosen) > 1 else ""
+        try:
+            name, text = exported(chosen[key], form, force=force, unit=unit, applied=applied)
+        except InputError as error:
+            refused.setdefault(f"{key}: {error.what} ({error.do})", []).append(form)
+            _remove_earlier(out / folder / FORMATS[form].file)
+        else:
+            files[folder + name] = text
+    _write_all(files, out)
+    return WrittenCalibrations(tuple(files), tuple(f"{', '.join(forms)} of {why}" for why, forms in refused.items()))
+
+
+def _tables(results: Mapping[str, Calibration], unit: OutputUnit | None) -> dict[str, str]:
+    """Return the JSON files by name: offset and matrix in nT, and in a unit where one is asked for."""
     files = {FILE: json.dumps({k: calib.to_dict(c) for k, c in results.items()}, indent=1, allow_nan=False) + "\n"}
     if unit is not None:
         table = json.dumps(in_unit(results, unit), indent=1, allow_nan=False) + "\n"
         files[f"calibration_in_{unit.measured}.json"] = table
-    refused: dict[str, list[str]] = {}
-    chosen = {key: result for key, result in results.items() if key in only or not only}
-    for key, result in chosen.items():
-        folder = UNSAFE.sub("-", key) + "/" if len(chosen) > 1 else ""
-        for form in forms:
-            try:
-                name, text = exported(result, form, force=force, unit=unit, applied=applied)
-            except InputError as error:
-                refused.setdefault(f"{key}: {error.what} ({error.do})", []).append(form)
-                _remove_earlier(out / folder / FORMATS[form].file)
-            else:
-                files[folder + name] = text
-    _write_all(files, out)
-    return WrittenCalibrations(tuple(files), tuple(f"{', '.join(forms)} of {why}" for why, forms in refused.items()))
+    return files
 
 
 def _write_all(files: Mapping[str, str], out: Path) -> None:
