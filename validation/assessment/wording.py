@@ -71,6 +71,8 @@ def tolerance_texts(found: ToleranceAnswer) -> list[str]:
         told.append(f"causes: {', '.join(parts)}")
     if found.next_leg is not None:
         told.append(found.next_leg.sentence)
+    elif found.answer == "undecidable" and found.causes is None:
+        told.append("no calibration can be judged: do what their reasons say, and record again")
     elif found.answer == "undecidable":
         told.append("no leg by hand of ten minutes would decide: reduce the largest cause")
     return told

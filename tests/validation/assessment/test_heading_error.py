@@ -68,3 +68,13 @@ def test_the_dip_is_the_vectors_then_the_accelerometers_then_assumed() -> None:
 def test_without_an_estimate_there_is_no_heading_error() -> None:
     failed = Calibration(name="test", status=Status("not_converged", "no"))
     assert heading_error(failed, None, FLIGHT) is None
+
+
+def test_the_dip_comes_from_the_rows_with_a_specific_force() -> None:
+    """Loggers write (0, 0, 0) before the accelerometer answers."""
+    field_nT = np.tile([17_000.0, 0.0, -45_000.0], (10, 1))
+    accel = np.tile([0.0, 0.0, 9.81], (10, 1))
+    accel[:4] = 0.0
+    flight = level_flight(Recording(np.arange(10.0), field_nT, accel_m_s2=accel), Reference(48_104.0), field_nT)
+    assert flight.source == "the accelerometer"
+    assert np.degrees(flight.dip_rad) == pytest.approx(np.degrees(np.arctan2(45.0, 17.0)))
