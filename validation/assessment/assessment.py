@@ -106,9 +106,10 @@ def _answered(
     heading, known = assessed[best].heading, evidence[best]
     assert heading is not None
     answer, below = answer_of(heading, tolerance_deg)
-    answer = "undecidable" if answer == "yes" and not ok else answer
+    wrong_axes = assessed[best].wrong_axes
+    answer = "undecidable" if answer == "yes" and (not ok or wrong_axes) else answer
     posterior = known.posterior_for(assessed[best].fit)
     causes = None if posterior is None else causes_of(posterior, heading.flight.level_nT)
-    undecided = answer == "undecidable"
+    undecided = answer == "undecidable" and not wrong_axes
     leg = shortest_leg(known.recording, known.reference, heading, tolerance_deg) if undecided else None
-    return ToleranceAnswer(tolerance_deg, answer, below, causes, leg)
+    return ToleranceAnswer(tolerance_deg, answer, below, causes, leg, wrong_axes)

@@ -13,7 +13,7 @@ from scenarios.arrays import Array
 from validation.assessment.coverage import Coverage
 from validation.assessment.heading_error import TURNED, HeadingError, heading_error
 from validation.assessment.held_out import HeldOutLegs, LegAgreement, StrengthRms, Use
-from validation.assessment.judgement import QualityWord, Trust, quality_of, trust_of
+from validation.assessment.judgement import QualityWord, Trust, axes_fault, quality_of, trust_of
 from validation.assessment.level_flight import LevelFlight, level_flight
 from validation.assessment.posterior import Posterior, posterior_of
 from validation.screening.screening import ScreenedRecording
@@ -27,6 +27,7 @@ class CalibrationAssessment:
     """How good a calibration is. None: no estimate, or too few rows.
 
     heading : error on a level survey. strength : before, and after on held-out legs. agreement : of the legs.
+    wrong_axes : the clause about axes that are not the vehicle's; "" for right axes.
     """
 
     name: str
@@ -37,6 +38,7 @@ class CalibrationAssessment:
     coverage: Coverage
     quality: QualityWord
     trust: Trust
+    wrong_axes: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,8 +93,9 @@ class SensorEvidence:
         agreement = None if held_out is None else held_out.agreement(fit)
         coverage = Coverage.of(fit.apply(self.recording) if estimate else self.recording.mag_nT)
         trust = trust_of(fit, posterior, agreement, coverage, screening.faults)
-        quality = quality_of(fit, heading, tolerance_deg)
-        return CalibrationAssessment(name, fit, heading, strength, agreement, coverage, quality, trust)
+        wrong_axes = axes_fault(fit, screening.faults)
+        quality = "bad" if wrong_axes else quality_of(fit, heading, tolerance_deg)
+        return CalibrationAssessment(name, fit, heading, strength, agreement, coverage, quality, trust, wrong_axes)
 
 
 def _seen(fits: Mapping[str, Calibration], recording: Recording) -> Array:

@@ -9,13 +9,15 @@ from typing import Literal
 from calib import Calibration
 from validation.assessment.causes import Causes
 from validation.assessment.coverage import Coverage
-from validation.assessment.heading_error import HeadingError
+from validation.assessment.heading_error import TURNED, HeadingError
 from validation.assessment.held_out import LegAgreement
 from validation.assessment.policy import ASSESSMENT
 from validation.assessment.posterior import Posterior
 from validation.screening.fault import Fault
 from validation.text import listed
 
+AXES_KINDS = ("turned", "left_handed", "reversed", "frame")
+"""Faults of a recording's axes."""
 QualityWord = Literal["good", "fair", "bad"]
 TrustWord = Literal["high", "medium", "low"]
 Answer = Literal["yes", "no", "undecidable"]
@@ -46,6 +48,7 @@ class ToleranceAnswer:
     probability: float
     causes: Causes | None
     next_leg: DecidingLeg | None = None
+    wrong_axes: str = ""
 
 
 def quality_of(fit: Calibration, error: HeadingError | None, tolerance_deg: float) -> QualityWord:
@@ -56,6 +59,12 @@ def quality_of(fit: Calibration, error: HeadingError | None, tolerance_deg: floa
     if error is None or error.value > tolerance_deg:
         return "bad"
     return "good" if fit.status.kind == "ok" and error.high < tolerance_deg else "fair"
+
+
+def axes_fault(fit: Calibration, faults: Sequence[Fault]) -> str:
+    """Return the clause about axes that are not the vehicle's, and that the fit does not turn; "" for right axes."""
+    kinds = ("left_handed", "frame") if TURNED in fit.covariance_names else AXES_KINDS
+    return next((fault.text for fault in faults if fault.kind in kinds), "")
 
 
 def answer_of(error: HeadingError | None, tolerance_deg: float) -> tuple[Answer, float]:
@@ -85,6 +94,8 @@ def trust_of(
 
 
 def _serious(fit: Calibration, agreement: LegAgreement | None, faults: Sequence[Fault]) -> Iterator[str]:
+    if axes_fault(fit, faults):
+        yield "the axes are not the vehicle's: the heading holds once they are"
     if fit.status.kind != "ok":
         yield f"the calibration is {fit.status.kind.replace('_', ' ')}"
     if agreement is not None and agreement.share < ASSESSMENT.least_agree:

@@ -21,7 +21,8 @@ def verdict(found: Assessment) -> str:
     if best is None or best.heading is None:
         return f"no calibration can be used; trust {found.trust.word}: {'; '.join(found.trust.doubts)}"
     use = f"; {found.use.sentence}" if found.use else ""
-    return f"{heading_text(best.heading)}{use}; quality {best.quality}, {trust_text(best)}"
+    axes = ", once the axes are the vehicle's" if best.wrong_axes else ""
+    return f"{heading_text(best.heading)}{axes}{use}; quality {best.quality}, {trust_text(best)}"
 
 
 def heading_text(error: HeadingError) -> str:
@@ -69,7 +70,9 @@ def tolerance_texts(found: ToleranceAnswer) -> list[str]:
     if found.causes is not None:
         parts = [f"{_called(name)} {figure(value, 2)} deg" for name, value in asdict(found.causes).items() if value > 0]
         told.append(f"causes: {', '.join(parts)}")
-    if found.next_leg is not None:
+    if found.wrong_axes:
+        told.append(f"mend the axes first: {found.wrong_axes}")
+    elif found.next_leg is not None:
         told.append(found.next_leg.sentence)
     elif found.answer == "undecidable" and found.causes is None:
         told.append("no calibration can be judged: do what their reasons say, and record again")
