@@ -68,8 +68,8 @@ def level_flight(recording: Recording, reference: Reference, field_nT: Array) ->
         return LevelFlight(strength, float(np.arctan2(-up, np.hypot(east, north))), "the field vector")
     if recording.accel_m_s2 is not None:
         force = np.linalg.norm(recording.accel_m_s2, axis=1)[:, None]
-        up = recording.accel_m_s2 / np.where(force > 0, force, np.nan)
-        along = np.einsum("ni,ni->n", up, field_nT) / np.linalg.norm(field_nT, axis=1)
+        upward = recording.accel_m_s2 / np.where(force > 0, force, np.nan)
+        along = np.einsum("ni,ni->n", upward, field_nT) / np.linalg.norm(field_nT, axis=1)
         dip = float(np.nanmedian(np.arcsin(np.clip(-along, -1.0, 1.0))))
         if np.isfinite(dip):
             return LevelFlight(strength, dip, "the accelerometer")
