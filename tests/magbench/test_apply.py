@@ -28,7 +28,7 @@ def test_a_calibration_corrects_another_run(data: Path, tmp_path: Path) -> None:
     folders = {
         f"{c}/{f}" for c in ("vector_least_squares", "ellipsoid") for f in ("mag_calibration.h", "magnetometer.yaml")
     }
-    assert names == {"calibration.json"} | folders
+    assert names == {"calibration.json", "report.html"} | folders
     out = tmp_path / "corrected.parquet"
     assert main(["apply", str(tmp_path / "calibration.json"), str(data), "--run", "1", "-o", str(out)]) == 0
     raw, truth = read_run(data, run=1)
@@ -150,7 +150,8 @@ def test_a_refused_export_ends_with_2_after_the_table_and_the_good_files(tmp_pat
     level = np.column_stack([2e4 * np.cos(angle) + 9e3, 2e4 * np.sin(angle), np.full(400, -4e4)])
     level += 50.0 * np.random.default_rng(0).standard_normal(level.shape)
     write_recording(Recording(0.1 * np.arange(400), level), tmp_path / "level.csv")
-    fit = ["calibrate", str(tmp_path / "level.csv"), "--field-strength-nT", "45000", "--export", "px4"]
+    named = ["--with", "sphere,planar", "--export", "px4"]
+    fit = ["calibrate", str(tmp_path / "level.csv"), "--field-strength-nT", "45000", *named]
     assert main([*fit, "-o", str(tmp_path / "out")]) == 2
     told = capsys.readouterr()
     assert told.err.splitlines()[-1].startswith("magbench: --export: not exported: px4 of sphere: ")
@@ -159,4 +160,5 @@ def test_a_refused_export_ends_with_2_after_the_table_and_the_good_files(tmp_pat
     assert sorted(path.name for path in (tmp_path / "out").rglob("*") if path.is_file()) == [
         "calibration.json",
         "px4.params",
+        "report.html",
     ]

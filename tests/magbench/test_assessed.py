@@ -33,7 +33,7 @@ def test_the_json_answers_for_each_calibration_and_the_tolerance() -> None:
     one = found["calibrations"]["ellipsoid"]
     assert one["heading_error_deg"]["low"] < one["heading_error_deg"]["value"] < one["heading_error_deg"]["high"]
     assert one["strength_rms"]["after_held_out"] < one["strength_rms"]["before"]
-    assert 0 < one["coverage"]["share"] <= 1
+    assert 0 < one["coverage"] <= 1
     assert found["tolerance"]["answer"] == "yes"
     assert found["use"] in ("offset", "offset and matrix")
 
