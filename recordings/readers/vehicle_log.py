@@ -20,6 +20,8 @@ from scenarios.errors import InputError
 
 MOST_MISSING = 0.2
 """Share of the magnetometer's times without a value above which a quantity is left out, in place of the rows."""
+LIMITS = {"position": 0.05}
+"""Other such shares: no calibrator needs a position, and the first fix of satellites comes late."""
 SINCE_1970_S = 1e8
 """Times beyond this count from 1970, and become seconds since the first sample."""
 VECTORS = {"gyro": GYRO, "accelerometer": ACCEL, "attitude": ATTITUDE, "position": POSITION}
@@ -53,7 +55,8 @@ class VehicleLog:
         """Return the columns at the times of one magnetometer, by default the main one.
 
         Rows without a gyro, accelerometer, attitude, position, temperature or current are left out; a quantity that
-        lacks more than MOST_MISSING of the rows is left out instead. Channels that never change are left out.
+        lacks more than MOST_MISSING of the rows (position: LIMITS) is left out instead, as are channels that never
+        change.
         Raises InputError for a magnetometer that the log does not hold, and for a log without a sample.
         """
         name, other = self._chosen(path, stream)
@@ -104,18 +107,23 @@ def _wanted(stream: Stream, wanted: Wanted) -> Stream:
 
 def _complete(columns: Columns) -> tuple[Columns, list[str]]:
     """Return the columns without gaps in what a calibrator may use, and a note for each kind of loss."""
-    notes, known = [], np.ones(len(columns["time_s"]), np.bool_)
-    for what, names in _quantities(columns):
-        there = np.logical_and.reduce([np.isfinite(columns[name]) for name in names])
-        if there.mean() < 1 - MOST_MISSING:
-            columns = {name: values for name, values in columns.items() if name not in names}
-            notes.append(f"{what}: a value at {there.mean():.0%} of the magnetometer's times alone: left out")
-            continue
-        if not there.all():
-            notes.append(f"{np.count_nonzero(~there)} of {len(there)} samples left out: {what} has no value there")
-        known &= there
-    kept, silent = _telling({name: values[known] for name, values in columns.items()})
-    return kept, [*notes, *silent]
+    total = len(columns["time_s"])
+    there = {what: _known(columns, names) for what, names in _quantities(columns).items()}
+    rare = [what for what, known in there.items() if known.mean() < 1 - LIMITS.get(what, MOST_MISSING)]
+    gone = {name for what in rare for name in _quantities(columns)[what]}
+    notes = [f"left out, with a value at {there[what].mean():.0%} of the samples alone: {what}" for what in rare]
+    used = {what: known for what, known in there.items() if what not in rare and not known.all()}
+    kept = np.logical_and.reduce([np.ones(total, np.bool_), *used.values()])
+    if used:
+        notes.append(f"{total - np.count_nonzero(kept)} of {total} samples left out, without {_listed(list(used))}")
+    whole = {name: values[kept] for name, values in columns.items() if name not in gone}
+    telling, silent = _telling(whole)
+    return telling, [*notes, *silent]
+
+
+def _known(columns: Columns, names: Sequence[str]) -> NDArray[np.bool_]:
+    """Return the rows (n,) in which all components have a value."""
+    return np.asarray(np.logical_and.reduce([np.isfinite(columns[name]) for name in names]))
 
 
 def _telling(columns: Columns) -> tuple[Columns, list[str]]:
@@ -125,12 +133,11 @@ def _telling(columns: Columns) -> tuple[Columns, list[str]]:
     return {name: values for name, values in columns.items() if name not in gone}, [note] if gone else []
 
 
-def _quantities(columns: Columns) -> list[tuple[str, tuple[str, ...]]]:
+def _quantities(columns: Columns) -> dict[str, tuple[str, ...]]:
     """Return the quantities whose gaps count, with their columns; an incomplete vector has no place."""
-    vectors = [(what, tuple(n for n in names if n in columns)) for what, names in VECTORS.items()]
-    own = {name: group_of(name) for name in columns}
-    single = [(name, (name,)) for name, group in own.items() if group in ("temperature", "current")]
-    return [(what, names) for what, names in (*vectors, *single) if names]
+    vectors = {what: tuple(n for n in names if n in columns) for what, names in VECTORS.items()}
+    single = {name: (name,) for name in columns if group_of(name) in ("temperature", "current")}
+    return {what: names for what, names in (vectors | single).items() if names}
 
 
 def _says_nothing(values: NDArray[Any]) -> bool:

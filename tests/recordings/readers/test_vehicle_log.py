@@ -49,7 +49,7 @@ def test_samples_without_an_attitude_are_left_out_and_counted() -> None:
     attitude = Stream(at_s, vector_columns("attitude", q), dict.fromkeys(ATTITUDE, Interpolation.SLERP))
     contents = log_of(att=attitude).contents(LOG, everything, None)
     assert contents.table["time_s"][0].as_py() == pytest.approx(1.0)
-    assert "10 of 100 samples left out: attitude has no value there" in contents.notes
+    assert "10 of 100 samples left out, without attitude" in contents.notes
 
 
 def test_a_quantity_that_is_rarely_there_is_left_out() -> None:
@@ -57,7 +57,22 @@ def test_a_quantity_that_is_rarely_there_is_left_out() -> None:
     contents = log_of(baro=late).contents(LOG, everything, None)
     assert "temperature_degC" not in contents.table.column_names
     assert contents.table.num_rows == len(MAG_S)
-    assert any(note.startswith("temperature_degC: a value at 40%") for note in contents.notes)
+    assert "left out, with a value at 40% of the samples alone: temperature_degC" in contents.notes
+
+
+def test_a_late_fix_costs_the_position_and_no_sample() -> None:
+    late_s = MAG_S[10:]
+    fixes = Stream(late_s, vector_columns("position", np.column_stack([late_s, late_s, late_s])))
+    contents = log_of(gps=fixes).contents(LOG, everything, None)
+    assert contents.table.num_rows == len(MAG_S)
+    assert "pos_east_m" not in contents.table.column_names
+
+
+def test_what_several_motors_lack_is_one_note() -> None:
+    late_s = MAG_S[5:]
+    motors = {f"current_{k}_A": late_s + k for k in (1, 2, 3)}
+    notes = log_of(esc=Stream(late_s, motors)).contents(LOG, everything, None).notes
+    assert "5 of 100 samples left out, without current_1_A, current_2_A, current_3_A" in notes
 
 
 def test_a_channel_that_never_changes_is_left_out() -> None:
