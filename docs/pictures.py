@@ -25,11 +25,14 @@ import shown
 import tables
 import verdicts
 from matplotlib.figure import Figure as MplFigure
+from native_logs import LOGS
 from PIL import Image
 from rerun.experimental import ViewerClient
 
+import magbench
 from recordings import read_run
 from reports.outputs.run import run_scenario
+from reports.plots.calibration import draw_strength_before_after
 from reports.plots.style import STYLE
 from sim.scenario import load
 
@@ -69,8 +72,16 @@ def main() -> None:
                     save(figure.file, drawn(partial(figure.draw, outcome)))
         save(shown.COVERAGE.file, drawn(partial(shown.COVERAGE.draw, Path(folder) / shown.COVERAGE.scenario)))
         viewed = dict(look(Path(folder), VIEWS))
+    save("log-strength.png", drawn(log_strength))
     tables.write_all()
     shown.keep(verdicts.kept(), viewed)
+
+
+def log_strength() -> MplFigure:
+    """The strength of the docs' own log before and after its calibration."""
+    found = magbench.calibrate(str(LOGS / "flight.bin"), with_="motor_ellipsoid:battery")
+    strength_nT = found.reference.strength_nT
+    return draw_strength_before_after(found.recording.time_s, found.recording.mag_nT, found.corrected_nT, strength_nT)
 
 
 def drawn(draw: Callable[[], MplFigure]) -> bytes:

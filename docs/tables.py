@@ -18,6 +18,7 @@ from pydantic import BaseModel
 
 from calib import CALIBRATORS, Calibrator
 from diagnosis.verdict import Verdict
+from recordings.readers import FORMATS, FileFormat
 from recordings.units import UNITS
 from scenarios.load import catalogue
 from scenarios.paths import PHASES
@@ -152,6 +153,18 @@ def units() -> str:
     return _table(("columns", "units"), ((kind, ", ".join(f"`{u}`" for u in table)) for kind, table in UNITS.items()))
 
 
+def formats() -> str:
+    """Every file format that is read: its files, the extra to install, what is undone."""
+    heads = ("format", "files", "extra", "what is undone or special")
+    return _table(
+        heads, ((one.name, _files(one), f"`{one.extra}`" if one.extra else "–", one.remark) for one in FORMATS)
+    )
+
+
+def _files(one: FileFormat) -> str:
+    return ", ".join(f"`{suffix}`" for suffix in one.suffixes)
+
+
 # scenario files
 
 
@@ -260,6 +273,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "scores": scores,
     "calibrators": calibrators,
     "units": units,
+    "formats": formats,
     "catalogue": scenarios,
     "phases": phases,
     "field": keys(FieldSpec),

@@ -129,24 +129,26 @@ class RunWriter:
 
 
 def write_recording(recording: Recording, path: Path) -> None:
-    """Write a recording without truth as Parquet or CSV, by the suffix of `path`.
+    """Write a recording without truth as Parquet or CSV, by the suffix of `path`; its directory is made.
 
     Raises InputError for another suffix and where the operating system refuses to write.
     """
+    if path.suffix.lower() not in (".parquet", ".csv"):
+        raise InputError(f"cannot write a recording as {path.suffix!r}", where=str(path), do="use .parquet or .csv")
+    with system_errors_about(path.parent, "choose another directory"):
+        path.parent.mkdir(parents=True, exist_ok=True)
     table = schema(columns_of(recording))
     arrays = arrays_of(recording)
     if path.suffix.lower() == ".parquet":
         with RunWriter(path, table, {"schema": FORMAT}, LogFacts.of(recording.origin)) as writer:
             writer.write(arrays)
-    elif path.suffix.lower() == ".csv":
+    else:
         batch = pa.record_batch([pa.array(arrays[name]) for name in table.names], names=table.names)
         words = [*table.names, *np.unique(() if recording.phase is None else recording.phase)]
         quoting = "needed" if any(set(word) & set(',"\r\n') for word in words) else "none"
         options = pyarrow.csv.WriteOptions(quoting_style=quoting, quoting_header=quoting)
         with atomic_write(path) as part, system_errors_about(path):
             pyarrow.csv.write_csv(batch, str(part), options)
-    else:
-        raise InputError(f"cannot write a recording as {path.suffix!r}", where=str(path), do="use .parquet or .csv")
 
 
 def _arrow(values: NDArray[Any], kind: pa.DataType) -> pa.Array:

@@ -77,6 +77,7 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     mag = field * [1.1, 0.9, 1.0] + [3.0, -2.0, 5.0] + 0.01 * rng.standard_normal((300, 3))
     write(tmp_path / "log.csv", "t,bx,by,bz,wheel", np.hstack([time_ms, mag, time_ms]))
     (tmp_path / "examples").symlink_to(ROOT / "examples")
+    (tmp_path / "docs").symlink_to(ROOT / "docs")
     attitude = rng.standard_normal((300, 4))
     attitude /= np.linalg.norm(attitude, axis=1, keepdims=True)
     columns = "t,mx,my,mz,gx,gy,gz,att_qw,att_qx,att_qy,att_qz"

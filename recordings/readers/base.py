@@ -78,6 +78,8 @@ class FileFormat:
         for a file that is damaged or ragged, and for two columns of the same name.
     marker : a file's name, or a pattern with *, by which a directory is a log of the format, whose `path` is then this
         file; "" for none.
+    extra : the optional extra of the installation that the format's library comes with; "" for none.
+    remark : what is undone or special, in a few words, as in the table of docs/logs.md.
     """
 
     name: str
@@ -86,6 +88,8 @@ class FileFormat:
     recognises: Callable[[Path, bytes], bool]
     read: Callable[[Path, Wanted, str | None], FileContents]
     marker: str = ""
+    extra: str = ""
+    remark: str = ""
 
 
 def file_head(path: Path) -> bytes:

@@ -94,6 +94,7 @@ IAGA = FileFormat(
     name="IAGA-2002",
     suffixes=(".min", ".sec"),
     summary="an observatory's IAGA-2002 file",
+    remark="observatories; also the record for `--base`",
     recognises=_recognises,
     read=_read,
 )

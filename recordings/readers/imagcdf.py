@@ -126,6 +126,8 @@ IMAGCDF = FileFormat(
     name="ImagCDF",
     suffixes=(".cdf",),
     summary="an observatory's ImagCDF file",
+    extra="cdf",
+    remark="observatories: the quiet field",
     recognises=_recognises,
     read=_read,
 )

@@ -109,6 +109,8 @@ MAT = FileFormat(
     name="MATLAB",
     suffixes=(".mat",),
     summary="a MATLAB file",
+    extra="mat",
+    remark="structs and vectors taken apart; names as in text tables",
     recognises=_recognises,
     read=_read,
 )

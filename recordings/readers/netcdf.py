@@ -123,6 +123,8 @@ NETCDF = FileFormat(
     name="netCDF",
     suffixes=(".nc",),
     summary="a netCDF file",
+    extra="netcdf",
+    remark="Seaglider and OG1; raw counts turned to FLU",
     recognises=_recognises,
     read=_read,
 )

@@ -66,6 +66,7 @@ PARQUET = FileFormat(
     name="Parquet",
     suffixes=(".parquet",),
     summary="a Parquet file",
+    remark="the dataset's columns, or names as in text tables",
     recognises=lambda path, head: head.startswith(MARK),
     read=_read,
 )

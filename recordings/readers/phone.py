@@ -86,6 +86,7 @@ PHONE = FileFormat(
     name="phone recording",
     suffixes=(".zip",),
     summary="what Sensor Logger or phyphox exports",
+    remark="Sensor Logger, phyphox; the uncalibrated sensor is taken",
     recognises=_recognises,
     read=_read,
     marker="[Mm]agnetometer*.csv",

@@ -90,6 +90,8 @@ ARDUPILOT_LOG = FileFormat(
     name="ArduPilot",
     suffixes=(".bin",),
     summary="an ArduPilot log",
+    extra="ardupilot",
+    remark="COMPASS_OFS, DIA, ODI, SCALE and the motors' term undone",
     recognises=_recognises,
     read=_read,
 )

@@ -69,6 +69,7 @@ BLACKBOX = FileFormat(
     name="blackbox",
     suffixes=(".bbl", ".bfl"),
     summary="a blackbox log of Betaflight or INAV",
+    remark="counts; zero and alignment are not in the log and stay in the offset",
     recognises=_recognises,
     read=_read,
 )

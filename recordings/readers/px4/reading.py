@@ -70,6 +70,7 @@ PX4 = FileFormat(
     name="ULog",
     suffixes=(".ulg",),
     summary="a PX4 log",
+    remark="PX4's CAL_MAG, the power compensation and the learned bias undone, of every release",
     recognises=_recognises,
     read=_read,
 )

@@ -18,6 +18,7 @@ TEXT = FileFormat(
     name="CSV",
     suffixes=_SUFFIXES,
     summary="a text table",
+    remark="any table or print-out; exports of Xsens, VectorNav, SBG, DJI, MotionCal, GnssLogger",
     recognises=_recognises,
     read=read,
 )

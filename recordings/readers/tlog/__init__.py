@@ -85,6 +85,8 @@ TELEMETRY_LOG = FileFormat(
     name="MAVLink telemetry",
     suffixes=(".tlog",),
     summary="a ground station's telemetry log",
+    extra="ardupilot",
+    remark="ArduPilot's offsets undone where the parameters are in the log",
     recognises=_recognises,
     read=_read,
 )

@@ -7,8 +7,7 @@ from functools import cached_property
 
 import numpy as np
 from scipy.spatial.transform import Rotation
-
-from tests.recordings.readers.ulog_bytes import TopicOf, vector
+from ulog_bytes import TopicOf, vector
 
 Array = np.ndarray
 FIELD_ENU = np.array([1_500.0, 21_000.0, -43_000.0])

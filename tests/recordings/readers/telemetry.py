@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from dataflash_bytes import DOWN
 
 from recordings import Recording
 from scenarios.arrays import Array
-from tests.recordings.readers.dataflash import DOWN
 
 START_US = 1_714_564_800 * 10**6
 """The receiver's clock at the start of the autopilot: 1 May 2024, 12 h UTC."""

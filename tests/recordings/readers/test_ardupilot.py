@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dataflash_bytes import DOWN, Log, write_compass
 
 from recordings.readers import load
 from recordings.readers.ardupilot.messages import read_dataflash
@@ -14,18 +15,7 @@ from recordings.readers.ardupilot.vehicle import MODES, NO_MODE
 from recordings.readers.base import FileContents
 from scenarios.arrays import Array
 from scenarios.errors import InputError
-from tests.recordings.readers.dataflash import (
-    DOWN,
-    FIELD_ENU,
-    START_S,
-    Flight,
-    Log,
-    flight,
-    ned_from_enu,
-    product,
-    rotated,
-    write_compass,
-)
+from tests.recordings.readers.dataflash import FIELD_ENU, START_S, Flight, flight, ned_from_enu, product, rotated
 
 IRON_NT = np.array([12_000.0, -7_000.0, 3_000.0])
 SOFT = np.array([[1.08, 0.05, -0.03], [0.05, 0.93, 0.04], [-0.03, 0.04, 1.02]])

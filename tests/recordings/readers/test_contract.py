@@ -16,6 +16,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 import scipy.io
+from ulog_bytes import TopicOf, UlogOf, xyz
 
 from recordings import Recording, read_recording, write_recording
 from recordings.assemble import arrays_of
@@ -26,7 +27,6 @@ from tests.recordings.readers.blackbox_logs import BlackboxWriter, betaflight_fi
 from tests.recordings.readers.dataflash import write_dataflash
 from tests.recordings.readers.ros_bags import Series, vector, write_bag
 from tests.recordings.readers.telemetry import write_telemetry
-from tests.recordings.readers.ulog_bytes import TopicOf, UlogOf, xyz
 
 N = 60
 

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from ulog_bytes import TopicOf, UlogOf, xyz
 
 from recordings.columns import mag_names
 from recordings.readers import FileContents, load
 from tests.recordings.readers.px4_flight import Calibration, Flight, vehicle_magnetometer
-from tests.recordings.readers.ulog_bytes import TopicOf, UlogOf, xyz
 
 DEVICE = 396809
 """A sensor on an I2C bus."""

@@ -12,12 +12,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from ulog_bytes import MAGIC, SYNC, TopicOf, UlogOf, message, xyz
 
 from recordings import read_recording
 from recordings.readers import load
 from recordings.readers.px4.ulog import read_ulog
 from scenarios.errors import InputError
-from tests.recordings.readers.ulog_bytes import MAGIC, SYNC, TopicOf, UlogOf, message, xyz
 
 T = 5.0 + np.arange(60) * 0.1
 MAG = xyz(np.column_stack([0.2 + 0.1 * np.sin(T), 0.1 * np.cos(T), 0.4 + 0.02 * T]))

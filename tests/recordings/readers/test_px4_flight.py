@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from ulog_bytes import TopicOf, UlogOf, xyz
 
 from recordings.columns import ACCEL, ATTITUDE, GYRO, POSITION
 from recordings.readers import FileContents, load
 from tests.recordings.readers.px4_flight import FIELD_ENU, FRD_OF_FLU, NED_OF_ENU, Flight
-from tests.recordings.readers.ulog_bytes import TopicOf, UlogOf, xyz
 
 FLIGHT = Flight()
 FAST_S = 99.0 + np.arange(0, 22, 0.01)

@@ -7,11 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dataflash_bytes import DOWN
 
 from recordings.readers import load
 from recordings.readers.base import FileContents
 from scenarios.errors import InputError
-from tests.recordings.readers.dataflash import DOWN, FIELD_ENU, Flight, flight, ned_from_enu, rotated
+from tests.recordings.readers.dataflash import FIELD_ENU, Flight, flight, ned_from_enu, rotated
 from tests.recordings.readers.telemetry import MESSAGES, Telemetry, milligauss
 
 IRON_NT = np.array([9000.0, -4000.0, 2500.0])
