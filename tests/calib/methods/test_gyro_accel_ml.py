@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -35,9 +36,9 @@ def rms(errors):
 
 
 def test_a_level_vehicle_gains_and_reaches_the_bound(standard):
-    """Claimed is the bound, which counts a symmetric S; five errors scatter about what is claimed."""
+    """Claimed is the bound, which counts a symmetric S; three errors scatter about what is claimed."""
     bound_nT = Bound.of(of_motion("auv"), "norm+gyro+accel").offset_rms_nT
-    fits = [GyroAccelMl().fit(levelled(standard, "auv", seed), standard.REFERENCE) for seed in range(5)]
+    fits = [GyroAccelMl().fit(levelled(standard, "auv", seed), standard.REFERENCE) for seed in range(3)]
     assert {fit.status.kind for fit in fits} == {"ok"}
     claimed_nT = np.sqrt(np.mean([np.trace(fit.offset_covariance_nT2) for fit in fits]))
     assert claimed_nT == pytest.approx(bound_nT, rel=0.1)
@@ -48,6 +49,12 @@ def test_a_level_vehicle_gains_and_reaches_the_bound(standard):
     np.testing.assert_allclose(found.mean(axis=0), BIAS_M_S2[:2], atol=0.015)
 
 
+@cache
+def without_accelerometer(standard):
+    """Fits of the gyro alone, which no acceleration changes."""
+    return [GyroMl().fit(levelled(standard, "pitch", seed), standard.REFERENCE) for seed in range(2)]
+
+
 @pytest.mark.parametrize("period_s", [3.0, 40.0])
 def test_a_vehicle_that_pushes_itself_about_comes_to_no_harm(period_s, standard):
     """Half a metre a second squared to and fro, 25 times the sensor's noise and not white: as good as without."""
@@ -55,7 +62,8 @@ def test_a_vehicle_that_pushes_itself_about_comes_to_no_harm(period_s, standard)
     sway_m_s2 = 0.5 * np.column_stack([np.sin(phase), np.cos(phase), 0.3 * np.sin(2 * phase)])
     recordings = [levelled(standard, "pitch", seed, sway_m_s2) for seed in range(2)]
     with_it, without = (
-        [method.fit(one, standard.REFERENCE) for one in recordings] for method in (GyroAccelMl(), GyroMl())
+        [GyroAccelMl().fit(one, standard.REFERENCE) for one in recordings],
+        without_accelerometer(standard),
     )
     assert {fit.status.kind for fit in with_it} == {"ok"}
     assert rms(errors_nT(with_it, standard)) < 1.15 * rms(errors_nT(without, standard))

@@ -40,7 +40,7 @@ def test_the_claim_holds_the_offset_in_95_percent(reference):
     rng = np.random.default_rng(1)
     distances = []
     for _ in range(60):
-        fit = StrengthDip().fit(boat(rng), reference)
+        fit = StrengthDip().fit(boat(rng, n=400), reference)
         error = fit.offset_nT - HARD_NT
         distances.append(error @ np.linalg.solve(fit.offset_covariance_nT2, error))
     assert np.mean(np.array(distances) < 7.815) > 0.95 - 3 * np.sqrt(0.05 * 0.95 / 60)

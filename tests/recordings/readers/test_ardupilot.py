@@ -15,6 +15,7 @@ from recordings.readers.ardupilot.vehicle import MODES, NO_MODE
 from recordings.readers.base import FileContents
 from scenarios.arrays import Array
 from scenarios.errors import InputError
+from tests.recordings.readers.damage import DAMAGED_FILES
 from tests.recordings.readers.dataflash import FIELD_ENU, START_S, Flight, flight, ned_from_enu, product, rotated
 
 IRON_NT = np.array([12_000.0, -7_000.0, 3_000.0])
@@ -327,10 +328,11 @@ def test_damaged_bytes_cost_the_messages_they_hit(tmp_path: Path) -> None:
     assert any("bytes are no message" in note for note in contents.notes)
 
 
-def test_three_hundred_damaged_logs_are_read_or_refused(tmp_path: Path) -> None:
+@DAMAGED_FILES
+def test_damaged_logs_are_read_or_refused(files: int, tmp_path: Path) -> None:
     path = write_flight(tmp_path / "flight.bin", flight(12))
     whole, rng = np.frombuffer(path.read_bytes(), np.uint8), np.random.default_rng(6)
-    for trial in range(300):
+    for trial in range(files):
         damaged = whole[: rng.integers(1, len(whole))] if trial % 3 == 0 else whole.copy()
         if trial % 3:
             hit = rng.random(len(damaged)) < 10.0 ** rng.uniform(-4, -1)

@@ -15,6 +15,7 @@ from recordings.readers.blackbox.frames import decoded_log
 from scenarios.arrays import Array
 from scenarios.errors import InputError
 from tests.recordings.readers.blackbox_logs import BlackboxWriter, betaflight_fields, inav_fields, rows_of
+from tests.recordings.readers.damage import DAMAGED_FILES
 from tests.recordings.readers.flights import Flight, assert_same_flight
 from tests.recordings.readers.test_contract import assert_read_or_refused
 
@@ -208,10 +209,11 @@ def test_headers_that_cannot_be_used(old: bytes, new: bytes, what: str, tmp_path
         read(betaflight(FRAME_S[:50]).end().replace(old, new), tmp_path)
 
 
-def test_damaged_logs_are_read_in_part_or_refused(tmp_path: Path) -> None:
+@DAMAGED_FILES
+def test_damaged_logs_are_read_in_part_or_refused(files: int, tmp_path: Path) -> None:
     whole, rng = np.frombuffer(betaflight(FRAME_S[:400]).end(), np.uint8), np.random.default_rng(3)
     path = tmp_path / "flight.bbl"
-    for trial in range(300):
+    for trial in range(files):
         damaged = whole.copy()
         at = rng.integers(0, len(whole), 1 + trial % 50)
         damaged[at] = rng.integers(0, 256, len(at))

@@ -13,6 +13,7 @@ import pytest
 from recordings import read_recording
 from recordings.readers import imagcdf, load
 from scenarios.errors import InputError
+from tests.recordings.readers.damage import DAMAGED_FILES
 from tests.recordings.readers.swing import assert_read_or_refused, damaged
 
 FILL = 99_999.0
@@ -80,10 +81,11 @@ def test_cdf_of_another_kind(tmp_path: Path) -> None:
         read_recording(observatory(tmp_path / "a.cdf", {name: day()[name] for name in "XZ"}))
 
 
+@DAMAGED_FILES
 @pytest.mark.parametrize("gzip", [0, 6])
-def test_damage(gzip: int, tmp_path: Path) -> None:
+def test_damage(gzip: int, files: int, tmp_path: Path) -> None:
     path = observatory(tmp_path / "a.cdf", day(40), gzip=gzip)
-    assert_read_or_refused(path, damaged(path.read_bytes(), 300))
+    assert_read_or_refused(path, damaged(path.read_bytes(), files))
 
 
 @pytest.mark.parametrize("at", range(320, 900, 4))

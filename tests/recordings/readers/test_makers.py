@@ -9,6 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from recordings import Recording, read_recording
+from tests.recordings.readers.damage import DAMAGED_FILES
 from tests.recordings.readers.swing import (
     DOWN,
     NED,
@@ -145,12 +146,13 @@ def test_angles_of_another_convention_stay_channels(tmp_path: Path) -> None:
     np.testing.assert_allclose(found.channels["Roll"], angles[:, 2], atol=1e-6)
 
 
-def test_damage(tmp_path: Path) -> None:
+@DAMAGED_FILES
+def test_damage(files: int, tmp_path: Path) -> None:
     of = swing(30)
     names = ["TimeStartup", *axes("UncompMag{}"), *axes("Accel{}"), "Yaw", "Pitch", "Roll"]
     columns = np.column_stack([of.time_s * 1e9, of.mag_nT / 1e5, of.accel_m_s2, of.roll_pitch_yaw_deg[:, ::-1]])
     path = table(tmp_path / "vn.csv", names, columns)
-    assert_read_or_refused(path, damaged(path.read_bytes(), 300))
+    assert_read_or_refused(path, damaged(path.read_bytes(), files))
 
 
 def test_other_tables_keep_their_names(tmp_path: Path) -> None:

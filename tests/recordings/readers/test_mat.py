@@ -14,6 +14,7 @@ from recordings.assemble import arrays_of
 from recordings.columns import ACCEL, ATTITUDE, GYRO
 from recordings.readers import load, mat
 from scenarios.errors import InputError
+from tests.recordings.readers.damage import DAMAGED_FILES
 from tests.recordings.readers.swing import Swing, assert_read_or_refused, assert_the_same_field, damaged, swing
 
 
@@ -88,8 +89,9 @@ def test_a_compressed_file_larger_than_what_is_read(tmp_path: Path, monkeypatch:
         read_recording(tmp_path / "log.mat")
 
 
+@DAMAGED_FILES
 @pytest.mark.parametrize("version", ["4", "5", "7", "7.3"])
-def test_damage(version: str, tmp_path: Path) -> None:
+def test_damage(version: str, files: int, tmp_path: Path) -> None:
     of, path = swing(60), tmp_path / "log.mat"
     if version == "7.3":
         newest(path, of)
@@ -97,4 +99,4 @@ def test_damage(version: str, tmp_path: Path) -> None:
         packed = {"do_compression": True} if version == "7" else {}
         about = {"t": of.time_s, "mag": of.mag_nT, **({} if version == "4" else {"s": {"a": of.rate_rad_s}})}
         scipy.io.savemat(path, about, format="4" if version == "4" else "5", **packed)
-    assert_read_or_refused(path, damaged(path.read_bytes(), 300))
+    assert_read_or_refused(path, damaged(path.read_bytes(), files))

@@ -12,6 +12,7 @@ import scipy.io
 
 from recordings import read_recording
 from scenarios.errors import InputError
+from tests.recordings.readers.damage import DAMAGED_FILES
 from tests.recordings.readers.swing import (
     DOWN,
     Swing,
@@ -175,7 +176,8 @@ def test_a_file_that_declares_more_than_fits(tmp_path: Path) -> None:
         read_recording(tmp_path / "huge.nc")
 
 
+@DAMAGED_FILES
 @pytest.mark.parametrize("form", [dive, classic])
-def test_damage(form: object, tmp_path: Path) -> None:
+def test_damage(form: object, files: int, tmp_path: Path) -> None:
     path = form(tmp_path / "a.nc", swing(61))  # type: ignore[operator]
-    assert_read_or_refused(path, damaged(path.read_bytes(), 300))
+    assert_read_or_refused(path, damaged(path.read_bytes(), files))

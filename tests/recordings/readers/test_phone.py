@@ -12,6 +12,7 @@ import pytest
 from recordings import read_recording
 from recordings.readers import load, packages
 from scenarios.errors import InputError
+from tests.recordings.readers.damage import DAMAGED_FILES
 from tests.recordings.readers.swing import Swing, assert_read_or_refused, assert_the_same_field, damaged, swing
 
 START_NS = 1_714_564_800 * 10**9
@@ -191,6 +192,7 @@ def test_an_archive_that_unpacks_to_more_than_is_read(tmp_path: Path, monkeypatc
         read_recording(path)
 
 
-def test_damage(tmp_path: Path) -> None:
+@DAMAGED_FILES
+def test_damage(files: int, tmp_path: Path) -> None:
     path = pack(tmp_path / "log.zip", android(swing(30)))
-    assert_read_or_refused(path, damaged(path.read_bytes(), 300))
+    assert_read_or_refused(path, damaged(path.read_bytes(), files))

@@ -18,6 +18,7 @@ from recordings import read_recording
 from recordings.readers import load
 from recordings.readers.px4.ulog import read_ulog
 from scenarios.errors import InputError
+from tests.recordings.readers.damage import DAMAGED_FILES
 
 T = 5.0 + np.arange(60) * 0.1
 MAG = xyz(np.column_stack([0.2 + 0.1 * np.sin(T), 0.1 * np.cos(T), 0.4 + 0.02 * T]))
@@ -159,10 +160,11 @@ def test_hostile_files_are_refused_in_one_line_and_little_memory(what: str, tmp_
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 300_000  # kB
 
 
-def test_damaged_logs_are_read_or_refused(tmp_path: Path) -> None:
-    """300 logs: bytes replaced at several rates, stretches removed and repeated, ends cut off."""
+@DAMAGED_FILES
+def test_damaged_logs_are_read_or_refused(files: int, tmp_path: Path) -> None:
+    """Bytes replaced at several rates, stretches removed and repeated, ends cut off."""
     whole, rng = np.frombuffer(LOG.bytes(), np.uint8), np.random.default_rng(7)
-    for k in range(300):
+    for k in range(files):
         data = whole.copy()
         start, stop = np.sort(rng.integers(0, len(data), 2))
         if k % 3 == 0:

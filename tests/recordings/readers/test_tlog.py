@@ -12,6 +12,7 @@ from dataflash_bytes import DOWN
 from recordings.readers import load
 from recordings.readers.base import FileContents
 from scenarios.errors import InputError
+from tests.recordings.readers.damage import DAMAGED_FILES
 from tests.recordings.readers.dataflash import FIELD_ENU, Flight, flight, ned_from_enu, rotated
 from tests.recordings.readers.telemetry import MESSAGES, Telemetry, milligauss
 
@@ -167,10 +168,11 @@ def test_frames_with_a_wrong_checksum_are_left_out(tmp_path: Path) -> None:
     assert any("checksum is wrong" in note for note in contents.notes)
 
 
-def test_three_hundred_damaged_logs_are_read_or_refused(tmp_path: Path) -> None:
+@DAMAGED_FILES
+def test_damaged_logs_are_read_or_refused(files: int, tmp_path: Path) -> None:
     path = write_flight(tmp_path / "flight.tlog", flight(12))
     whole, rng = np.frombuffer(path.read_bytes(), np.uint8), np.random.default_rng(8)
-    for trial in range(300):
+    for trial in range(files):
         damaged = whole[: rng.integers(1, len(whole))] if trial % 3 == 0 else whole.copy()
         if trial % 3:
             hit = rng.random(len(damaged)) < 10.0 ** rng.uniform(-4, -1)
