@@ -30,6 +30,15 @@ def test_a_calibration_gives_the_true_iron_and_motors_back(name: str) -> None:
     assert np.linalg.norm(OLD_OFFSET_NT - IRON_NT) > 1000.0
 
 
+def test_the_motors_term_is_taken_off_before_the_heading_error_is_stated() -> None:
+    """Left in, the motors' mean field of 8 A turns a level heading by half a degree."""
+    found = magbench.calibrate(str(LOGS / "flight.bin"), with_=["motor_ellipsoid:battery"])
+    best = found.assessment.best
+    assert best is not None
+    assert best.heading is not None
+    assert best.heading.value < 0.1
+
+
 @pytest.mark.parametrize("name", ["flight.bin", "flight.ulg"])
 def test_place_and_date_are_the_flights(name: str) -> None:
     origin = magbench.read(LOGS / name).recording.origin

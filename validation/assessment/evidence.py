@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -87,7 +87,7 @@ class SensorEvidence:
         """Return the assessment of a calibration of the recording."""
         estimate = fit.has_estimate and not fit.corrects_scalar
         posterior = self.posterior_for(fit)
-        heading = heading_error(fit, posterior, self.flight)
+        heading = heading_error(at_mean_inputs(fit, self.recording), posterior, self.flight)
         held_out = self.legs if estimate and fit.determines_z else None
         strength = None if held_out is None else held_out.strength(fit, self.recording, self.reference)
         agreement = None if held_out is None else held_out.agreement(fit)
@@ -96,6 +96,14 @@ class SensorEvidence:
         wrong_axes = axes_fault(fit, screening.faults)
         quality = "bad" if wrong_axes else quality_of(fit, heading, tolerance_deg)
         return CalibrationAssessment(name, fit, heading, strength, agreement, coverage, quality, trust, wrong_axes)
+
+
+def at_mean_inputs(fit: Calibration, recording: Recording) -> Calibration:
+    """Return a calibration with the mean field of its inputs in the offset, where the posterior's offset has it."""
+    if not fit.inputs or not fit.has_estimate:
+        return fit
+    mean_nT = np.sum([term.field(recording).mean(axis=0) for term in fit.inputs], axis=0)
+    return replace(fit, offset_nT=np.asarray(fit.offset_nT) + mean_nT)
 
 
 def _seen(fits: Mapping[str, Calibration], recording: Recording) -> Array:

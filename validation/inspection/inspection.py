@@ -115,7 +115,9 @@ def _read(log: RawLog) -> list[Finding]:
 
 
 def _sentence(note: str) -> str:
-    return note[0].upper() + note[1:] + "."
+    """Return a note as a sentence; a name of a column, as current_1_A, keeps its first letter."""
+    first = note.split(maxsplit=1)[0]
+    return (note if "_" in first else note[0].upper() + note[1:]) + "."
 
 
 def summary(inspection: Inspection) -> dict[str, Any]:

@@ -69,9 +69,9 @@ def _rate(name: str, values: Array, stamps: Array) -> Finding | None:
     rows, length_s = int(known.sum()), float(np.ptp(stamps[np.isfinite(stamps)]))
     key = f"rate_{name.replace(' ', '_')}"
     if rows < 2 or length_s <= 0:
-        return Finding(SECTION, key, 0.0, "Hz", f"{name[0].upper()}{name[1:]}: no values.", "warning")
+        return Finding(SECTION, key, 0.0, "Hz", f"{_head(name)}: no values.", "warning")
     fresh = len(runs(values[known])[0])
-    head = f"{name[0].upper()}{name[1:]}: "
+    head = f"{_head(name)}: "
     if fresh == 1:
         return Finding(SECTION, key, 0.0, "Hz", f"{head}one constant value.", "note")
     if rows < POLICY.sparse * len(values):
@@ -92,3 +92,8 @@ def _rate(name: str, values: Array, stamps: Array) -> Finding | None:
 def _seldom(key: str, head: str, fresh: int, length_s: float) -> Finding:
     rate = (fresh - 1) / length_s
     return Finding(SECTION, key, rate, "Hz", f"{head}{counted(fresh - 1, 'change')}, {frequency(rate)} on average.")
+
+
+def _head(name: str) -> str:
+    """Return what a sentence begins with; a name of a column, as current_1_A, keeps its first letter."""
+    return name if "_" in name else name[0].upper() + name[1:]
