@@ -121,7 +121,7 @@ def test_order_of_samples_does_not_matter(name, standard):
     np.testing.assert_allclose(other.matrix, one.matrix, atol=expected(name).turned_matrix)
 
 
-@ALL
+@QUICK
 def test_a_log_without_wild_values_is_fitted_as_if_none_were_looked_for(name, standard):
     recording, one = usual(name, standard)
     plain = replace(get(name), robust=False)
