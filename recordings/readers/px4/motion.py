@@ -46,7 +46,9 @@ def motion_streams(log: ULog, magnetometer: UlogTopic | None) -> tuple[Streams, 
         columns = vector_columns("attitude", enu_from_ned(unit))
         streams["attitude"] = Stream(sample_times_s(attitude), columns, dict.fromkeys(ATTITUDE, Interpolation.SLERP))
         if log.parameters.get("EKF2_MAG_TYPE") != MAGNETOMETER_UNUSED:
-            notes[ATTITUDE[0]] = "the attitude takes its heading from the magnetometer: a fit to it is circular in yaw"
+            notes[ATTITUDE[0]] = (
+                "the attitude's heading comes from the magnetometer: a fit to the attitude repeats its error"
+            )
     temperature, thermometer = _temperature(log, magnetometer)
     if magnetometer is None or not thermometer.startswith(magnetometer.name):
         notes[TEMPERATURE] = f"{TEMPERATURE} is {thermometer}" if thermometer else ""
