@@ -61,7 +61,8 @@ def _gains_along_field(problem: LinearProblem, residual: Array, E: Array) -> Arr
     """Squares (n,) that a step at each time explains beside the base, with columns E (n, q, k) that begin at the step.
 
     ``gain_t = z' (E'E - E'B (B'B)^-1 B'E)^-1 z``, ``z = E'y``, all sums from t on: on long legs iron absorbs much of a
-    step, and more of a step at the wrong time. The direction is a measurement too, with noise like the strength's: the
+    step, and more of a step at the wrong time. At a constant attitude iron absorbs all of it: the inverse is the
+    pseudo-inverse. The direction is a measurement too, with noise like the strength's: the
     diagonal term keeps a short section at rest from explaining noise by noise. Computed in pieces from the end, to
     limit memory.
     """
@@ -74,7 +75,7 @@ def _gains_along_field(problem: LinearProblem, residual: Array, E: Array) -> Arr
         y, EE, BE = _summed(B[here], E[here], residual[here], beyond)
         free = EE - np.einsum("npi,pr,nrj->nij", BE, _inverse(problem), BE, optimize=True)
         free += (either[here] * own)[:, None, None] * np.eye(k)
-        gain[here] = np.einsum("nk,nk->n", y, np.linalg.solve(free, y[:, :, None])[:, :, 0])
+        gain[here] = np.einsum("nk,nkj,nj->n", y, np.linalg.pinv(free, hermitian=True), y)
         beyond = (y[0], EE[0], BE[0])
     return gain
 

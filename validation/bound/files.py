@@ -33,6 +33,8 @@ from validation.signals.intervals import gaps_after
 
 VECTOR = "vector_least_squares"
 """Name of the calibrator with directions from the attitude."""
+ROUNDING_NT = 1e-6
+"""Noise that rounding leaves of a simulated field without noise."""
 
 
 def scenario_experiment(scenario: Scenario, noise_std_nT: float | None = None, *, coloured: bool = False) -> Experiment:
@@ -51,7 +53,10 @@ def run_experiment(
     coloured: bool = False,
     motions: Iterable[Motion] | None = None,
 ) -> Experiment:
-    """Return the experiment of a planned run, simulated here unless motions are given."""
+    """Return the experiment of a planned run, simulated here unless motions are given; InputError in a zero field."""
+    if not np.any(run.field_enu_nT):
+        what = "the field is zero: it has neither a direction nor a strength to calibrate by"
+        raise InputError(what, where=run.scenario.name, do="give a field, as by --set field.enu_nT=[0,20000,-45000]")
     recording, truth = run_in_memory(run, motions)
     if coloured and noise_std_nT is None:
         noise_std_nT = stated_noise_nT(run.effects[0])
@@ -174,7 +179,7 @@ def _turns_of(q: Array) -> Array:
 
 
 def _along(field_nT: Array, matrix: Array, noise: float, time_s: Array, turns: Array | None, where: str) -> Experiment:
-    if not noise > 0:
+    if not noise > ROUNDING_NT:
         what = "there is no white noise, so accuracy has no limit"
         raise InputError(what, where=where, do="give --noise-std-nT")
     return Experiment(field_nT, matrix, noise, turns, np.diff(time_s))
