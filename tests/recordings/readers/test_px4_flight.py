@@ -83,8 +83,8 @@ def test_the_attitude_maps_the_body_field_to_the_enu_field(tmp_path: Path) -> No
     found = Rotation.from_quat(q[:, [1, 2, 3, 0]]).apply(columns(contents, "mag_x_nT", "mag_y_nT", "mag_z_nT"))
     np.testing.assert_allclose(found[::4], np.tile(FIELD_ENU, (100, 1)), atol=0.1)  # at the attitude's own times
     np.testing.assert_allclose(found, np.tile(FIELD_ENU, (400, 1)), atol=200)
-    assert any("takes its heading from the magnetometer" in note for note in contents.notes)
-    assert not any("takes its heading" in note for note in read(tmp_path, attitude(), EKF2_MAG_TYPE=5).notes)
+    assert any("heading comes from the magnetometer" in note for note in contents.notes)
+    assert not any("heading comes from" in note for note in read(tmp_path, attitude(), EKF2_MAG_TYPE=5).notes)
 
 
 def test_the_local_position_becomes_east_north_up(tmp_path: Path) -> None:
