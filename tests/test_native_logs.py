@@ -39,6 +39,18 @@ def test_the_motors_term_is_taken_off_before_the_heading_error_is_stated() -> No
     assert best.heading.value < 0.1
 
 
+def test_legs_are_held_out_beside_the_motors_term() -> None:
+    """With the term the noise of 60 nT is left on unseen legs; the motors' field without the term is 167 nT."""
+    found = magbench.calibrate(str(LOGS / "flight.bin"), with_=["motor_ellipsoid:battery"], tolerance_deg=2.0)
+    best, answer = found.assessment.best, found.assessment.tolerance
+    assert best is not None
+    assert best.strength is not None
+    assert best.strength.after_nT < 100.0
+    assert answer is not None
+    assert answer.causes is not None
+    assert answer.causes.motors == 0.0
+
+
 @pytest.mark.parametrize("name", ["flight.bin", "flight.ulg"])
 def test_place_and_date_are_the_flights(name: str) -> None:
     origin = magbench.read(LOGS / name).recording.origin

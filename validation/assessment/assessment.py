@@ -109,7 +109,7 @@ def _answered(
     wrong_axes = assessed[best].wrong_axes
     answer = "undecidable" if answer == "yes" and (not ok or wrong_axes) else answer
     posterior = known.posterior_for(assessed[best].fit)
-    causes = None if posterior is None else causes_of(posterior, heading.flight.level_nT)
+    causes = None if posterior is None else causes_of(posterior, heading.flight.level_nT).left_by(assessed[best].fit)
     undecided = answer == "undecidable" and not wrong_axes
     leg = shortest_leg(known.recording, known.reference, heading, tolerance_deg) if undecided else None
     return ToleranceAnswer(tolerance_deg, answer, below, causes, leg, wrong_axes)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from calib import Calibration
+from recordings.channels import TEMPERATURE
 from scenarios.arrays import Array
 from validation.assessment.policy import ASSESSMENT
 from validation.assessment.posterior import Posterior
@@ -29,6 +31,12 @@ class Causes:
     attitude: float
     unexplained: float
     field_model: float
+
+    def left_by(self, fit: Calibration) -> Causes:
+        """Return the causes without those whose field the calibration itself takes off."""
+        channels = {term.channel for term in fit.inputs}
+        warmth = 0.0 if TEMPERATURE in channels else self.temperature
+        return replace(self, motors=0.0 if channels - {TEMPERATURE} else self.motors, temperature=warmth)
 
     @property
     def largest(self) -> str:

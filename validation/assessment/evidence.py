@@ -81,6 +81,17 @@ class SensorEvidence:
             return None
         return self.by_vector if self.by_vector is not None and TURNED in fit.covariance_names else self.by_strength
 
+    def legs_for(self, fit: Calibration) -> HeldOutLegs | None:
+        """Return the held-out legs that a calibration is judged by: beside the fields of its inputs, where it has any.
+
+        Each leg's offset and matrix come from the other legs, the few gains of the inputs from the whole recording.
+        """
+        if self.legs is None or not fit.inputs:
+            return self.legs
+        own_nT = np.sum([term.field(self.recording) for term in fit.inputs], axis=0)
+        without = replace(self.recording, mag_nT=self.recording.mag_nT - own_nT)
+        return replace(HeldOutLegs.of(without, self.reference), raw_nT=self.legs.raw_nT)
+
     def assessed(
         self, name: str, fit: Calibration, screening: ScreenedRecording, tolerance_deg: float
     ) -> CalibrationAssessment:
@@ -88,7 +99,7 @@ class SensorEvidence:
         estimate = fit.has_estimate and not fit.corrects_scalar
         posterior = self.posterior_for(fit)
         heading = heading_error(at_mean_inputs(fit, self.recording), posterior, self.flight)
-        held_out = self.legs if estimate and fit.determines_z else None
+        held_out = self.legs_for(fit) if estimate and fit.determines_z else None
         strength = None if held_out is None else held_out.strength(fit, self.recording, self.reference)
         agreement = None if held_out is None else held_out.agreement(fit)
         coverage = Coverage.of(fit.apply(self.recording) if estimate else self.recording.mag_nT)
