@@ -13,6 +13,9 @@ PIECE = 20_000
 """Samples processed at once."""
 OWN_NOISE = 10.0
 """Ratio to the noise of the measured direction below which a step along the direction is noise fitted to noise."""
+LEAST_SHARE = 1e-10
+"""Least share of a column's mean square that the own noise counts for: with less, rounding decides where iron explains
+a step at every time, as at constant attitude."""
 
 
 def find_moments(problem: LinearProblem, residual: Array, candidate: Candidate) -> list[Candidate]:
@@ -97,9 +100,9 @@ def _in_the_shorter_part(usable: Array) -> Array:
 
 
 def _own_noise(problem: LinearProblem, E: Array) -> float:
-    """Square of the noise of a measured direction in a column, times the square of `OWN_NOISE`."""
+    """Square of the noise of a measured direction in a column, times the square of `OWN_NOISE`, or `LEAST_SHARE`."""
     noise = float(problem.sigma_nT[0] / np.linalg.norm(problem.state.field_nT[0]))
-    return (OWN_NOISE * noise) ** 2 * float((E**2).sum(axis=1).mean())
+    return max((OWN_NOISE * noise) ** 2, LEAST_SHARE) * float((E**2).sum(axis=1).mean())
 
 
 def _suffix_sums(values: Array) -> Array:

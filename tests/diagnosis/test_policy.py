@@ -35,7 +35,7 @@ GUARDS = {
     "coefficients.py": {"OPEN"},
     "parameter_values.py": {"STEP"},
     "candidates.py": {"HEADROOM"},
-    "step_times.py": {"PIECE", "OWN_NOISE"},
+    "step_times.py": {"PIECE", "OWN_NOISE", "LEAST_SHARE"},
     "drivers.py": {"ROUNDING", "LEAST_RANGE"},
     "field_pulsations.py": {"ROWS", "TOGETHER", "FINER", "ROUNDS"},
     "dipole_position.py": {"MEAN_S", "MOST_MEANS", "SAME_M", "LEAST_M", "STEP_M"},

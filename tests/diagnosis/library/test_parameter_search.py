@@ -312,3 +312,17 @@ def test_a_jump_at_an_end_is_not_told_from_iron(share: float, found: bool) -> No
     jump = posed.target + 1e4 * (np.arange(4000) >= at)[:, None]
     (one,) = find_moments(posed, jump, Candidate(_sought("moment")))
     assert (abs(float(_value(one, "moment")) - float(posed.state.time_s[at])) < 0.15) is found
+
+
+def test_a_step_explains_no_more_than_there_is_where_iron_explains_all_to_rounding() -> None:
+    """A sphere about a hard iron of 300 nT without noise: at its ends iron leaves rounding of a step's columns."""
+    t = np.arange(1500) / HZ
+    turn, height = 0.6 * t, np.sin(0.21 * t)
+    wide = np.sqrt(1 - height**2)
+    mag = 40_000.0 * np.column_stack([wide * np.cos(turn), wide * np.sin(turn), height]) + [300.0, 0.0, 0.0]
+    posed = pose(Recording(time_s=t, mag_nT=mag), None, 40_000.0, ())
+    left = _left(posed)
+    E = Candidate(_sought("moment"), (("time_s", 0.0),)).columns(posed)
+    gain = _gains_along_field(posed, left, E)
+    assert gain.min() >= 0.0
+    assert gain.max() <= (left**2).sum()
