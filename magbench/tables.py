@@ -69,6 +69,7 @@ def show_comparison(found: Comparison) -> None:
         ends = (short(v) for v in (answer.uncorrected.value, answer.uncorrected.low, answer.uncorrected.high))
         rows.append([uncorrected_row(answer.best.calibrator), *ends, "", ""])
         show_table(f"{found.title}: {point_title(found.table.points[point])}", heads, rows)
+    show_text(found.answers[0].cost + "\n")
 
 
 def show_calibrations(calibrations: Mapping[str, Calibration]) -> None:

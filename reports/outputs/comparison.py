@@ -28,6 +28,7 @@ from validation.comparison.engine import Engine, run_trials
 from validation.comparison.journal import Journal
 from validation.comparison.ranking import Ranking, overall_sentence, rank_calibrators
 from validation.comparison.score_statistics import ScoreStatistic, score_statistics
+from validation.comparison.statistics import LEVEL, width_ratio
 from validation.comparison.stopping import StoppingRule, interim_looks
 from validation.comparison.trial import CALIBRATORS_STREAM
 from validation.comparison.trial_table import TrialTable
@@ -175,6 +176,7 @@ def summary(comparison: Comparison, seed: int) -> dict[str, Any]:
             "answer": comparison.sentence,
             "ranked_by": first.score.name,
             "ranking": [[one.calibrator for one in ranking.calibrators] for ranking in comparison.answers],
+            "intervals": {"level": LEVEL, "hold": first.cost, "width_ratio": width_ratio(first.trials)},
             "reference": comparison.reference,
             "calibrators": table.calibrators,
             "scores": table.scores,

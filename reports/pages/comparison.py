@@ -116,6 +116,7 @@ def _point(comparison: Comparison, point: int, known: dict[tuple[int, str, str],
         "title": point_title(table.points[point]),
         "sentence": answer.sentence,
         "trials": answer.trials,
+        "cost": answer.cost,
         "rows": [*rows, _raw_row(answer)],
         "sections": list(_point_sections(table, answer, point)),
     }

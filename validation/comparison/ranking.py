@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from scenarios.arrays import Array
-from validation.comparison.statistics import Difference, Interval, differences, median, rate
+from validation.comparison.statistics import LEVEL, Difference, Interval, differences, median, rate, width_ratio
 from validation.comparison.trial_table import TrialTable
 from validation.scoring.definitions import ScoreDefinition
 from validation.scoring.evaluation import UNCORRECTED
@@ -57,6 +57,13 @@ class Ranking:
         """Calibrators that are not significantly worse than the best."""
         usable = [one.calibrator for one in self.calibrators[1:] if not one.place[0]]
         return [name for name in usable if not self.against(name).clear]
+
+    @property
+    def cost(self) -> str:
+        """What the intervals hold for, and what that costs in width."""
+        ratio = figure(width_ratio(self.trials), 2)
+        wide = f"{ratio} times as wide as for {counted(self.trials, 'trial')} fixed in advance"
+        return f"intervals and clear differences hold at {LEVEL:.0%} however often trials are added: {wide}"
 
     def against(self, other: str) -> Difference:
         """Return the difference between the best calibrator and `other`, counted for the best."""

@@ -1,6 +1,7 @@
 """Statistics over trials with intervals: medians, rates, paired differences, ranks.
 
 A trial without estimate counts as inf. All intervals and tests are distribution-free, based on order and counts.
+Intervals of medians and differences hold at every look, since a comparison may be extended by more trials.
 """
 
 from __future__ import annotations
@@ -10,9 +11,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import binom, binomtest, chi2, rankdata, studentized_range
+from scipy.stats import binomtest, chi2, norm, rankdata, studentized_range
 
 from scenarios.arrays import Array
+from validation.comparison.sequential_evidence import excluded_ranks, sequential_p
 
 LEVEL = 0.95
 """Confidence level of every interval; tests use significance 1 - LEVEL."""
@@ -28,21 +30,20 @@ class Interval:
 
 
 def median(values: Array) -> Interval:
-    """Return the median of values (n,), n > 0, with an interval between interpolated order statistics.
+    """Return the median of values (n,), n > 0, with a confidence sequence: the interval holds at every n together.
 
-    x_(k) and x_(n+1-k) hold the median with g_k = 1 - 2 P(Bin(n, 1/2) < k); the ends lie between those of k and k+1,
-    g_k >= LEVEL > g_{k+1}, at lambda = (n - k) I / (k + (n - 2 k) I), I = (g_k - LEVEL) / (g_k - g_{k+1})
-    [HettmanspergerSheather1986]. The percentile bootstrap of a median takes order statistics too, but holds 93.5 %
-    instead of 95 at n = 50. Below six values the interval is the range, with level 1 - 2^(1-n).
+    The ends are x_(k + 1) and x_(n - k), k of `excluded_ranks`: the values m for which the evidence against
+    P(x < m) = 1/2 stays below 1 / (1 - LEVEL) [Howard2021]. Below eight values the interval is the range.
     """
     x, n = np.sort(values), len(values)
-    k = max(1, int(binom.ppf((1 - LEVEL) / 2, n, 0.5)))
-    inner, outer = 1 - 2 * binom.cdf(k, n, 0.5), 1 - 2 * binom.cdf(k - 1, n, 0.5)
-    share = (outer - LEVEL) / (outer - inner) if outer > LEVEL else 0.0
-    step = (n - k) * share / (k + (n - 2 * k) * share)
-    return Interval(
-        _middle(x), _between(x[k - 1], x[min(k, n - 1)], step), _between(x[n - k], x[max(n - k - 1, 0)], step)
-    )
+    k = excluded_ranks(n, LEVEL)
+    return Interval(_middle(x), float(x[k]), float(x[n - 1 - k]))
+
+
+def width_ratio(n: int) -> float:
+    """Return the width of a median's interval over that of n trials fixed in advance, counted in ranks: z sqrt(n)."""
+    fixed = min(n, float(norm.ppf((1 + LEVEL) / 2)) * np.sqrt(n))
+    return float((n - 2 * excluded_ranks(n, LEVEL)) / fixed)
 
 
 def _middle(x: Array) -> float:
@@ -75,7 +76,8 @@ def mean_square(squares: Array, degrees: int) -> Interval:
 class Difference:
     """Paired comparison of two calibrators, `one` and `other`, over equal trials.
 
-    better, worse, equal : numbers of trials. p : sign test, corrected for the number of pairs [Holm1979].
+    better, worse, equal : numbers of trials. p : sequential sign test, the same at any number of looks, corrected for
+    the number of pairs [Holm1979].
     """
 
     one: str
@@ -96,10 +98,10 @@ class Difference:
 
 
 def differences(scores: Mapping[str, Array]) -> list[Difference]:
-    """Compare every pair of calibrators; scores (n,) by name, lower is better."""
+    """Compare every pair of calibrators; scores (n,) by name in the order of trials, lower is better."""
     pairs = list(itertools.combinations(scores, 2))
     counts = [_compared(scores[one], scores[other]) for one, other in pairs]
-    raw = [binomtest(better, better + worse).pvalue if better + worse else 1.0 for better, worse, _ in counts]
+    raw = [sequential_p(_signs(scores[one], scores[other])) for one, other in pairs]
     return [Difference(*pair, *count, p) for pair, count, p in zip(pairs, counts, holm_corrected(raw), strict=True)]
 
 
@@ -107,6 +109,11 @@ def _compared(one: Array, other: Array) -> tuple[int, int, int]:
     """Return the numbers of trials with `one` lower, higher, and equal."""
     better, worse = int(np.sum(one < other)), int(np.sum(one > other))
     return better, worse, len(one) - better - worse
+
+
+def _signs(one: Array, other: Array) -> Array:
+    """Return +1 where `one` is lower, -1 where higher, 0 where equal or both infinite."""
+    return (one < other).astype(float) - (one > other)
 
 
 def holm_corrected(p: Sequence[float]) -> list[float]:

@@ -9,34 +9,12 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import betaincc, betaln
 
 from scenarios.arrays import Array
+from validation.comparison.sequential_evidence import log_evidence
 
 Verdict = Literal["pass", "fail", "inconclusive"]
 Counts = NDArray[np.int64]
-
-
-def log_evidence(exceeded: ArrayLike, trials: ArrayLike, allowed: float) -> Array:
-    """Return ln E, the evidence of k exceedances in n trials against P(exceed) <= p0.
-
-    E_n = integral over p in [p0, 1] of (p / p0)^k ((1 - p) / (1 - p0))^(n - k) dp / (1 - p0)
-        = B(k + 1, n - k + 1) (1 - I_p0(k + 1, n - k + 1)) / (p0^k (1 - p0)^(n - k + 1)),
-
-    the likelihood ratio averaged uniformly over p > p0: a beta-binomial mixture, truncated to the alternative.
-    For each p > p0 the ratio of a further trial has expectation at most 1 for every P(exceed) <= p0, so E is a
-    supermartingale that starts at 1, and P(E_n >= 1 / a for any n) <= a: Ville's inequality [Ville1939], for any
-    stopping time and any number of looks [Howard2021], [WaudbySmith2024].
-
-    exceeded, trials : k and n, of equal shape. allowed : p0, between 0 and 1. An integral below the range of a double
-    gives -inf, an underestimate that keeps the inequality.
-    """
-    k, n = np.asarray(exceeded, dtype=float), np.asarray(trials, dtype=float)
-    misses = n - k
-    with np.errstate(divide="ignore"):
-        tail = np.log(betaincc(k + 1.0, misses + 1.0, allowed))
-    null = k * math.log(allowed) + (misses + 1.0) * math.log1p(-allowed)
-    return np.asarray(betaln(k + 1.0, misses + 1.0) + tail - null)
 
 
 @dataclass(frozen=True)

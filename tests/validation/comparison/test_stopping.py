@@ -42,15 +42,15 @@ def test_looks_grow_and_end_at_the_most():
 
 
 def test_the_median_is_as_near_as_was_asked_when_it_ends():
-    """Stopping where the interval happens to be short costs coverage a little: 93 of 100 at the least."""
+    """The interval holds at every look, so the look that ends a comparison costs no coverage."""
     rule, near, trials = StoppingRule.parsed("median offset_error +-10%"), 0, []
     for _ in range(300):
         values = RNG.lognormal(0.0, 0.5, size=2000)
         n = next(n for n in interim_looks(2000) if rule.reached([values[:n]]))
         near += abs(median(values[:n]).value - 1.0) <= 0.1
         trials.append(n)
-    assert near / 300 > 0.93
-    assert 80 < np.median(trials) < 250  # 1.96 x 0.5 x sqrt(pi / 2) / sqrt(n) = 0.1 at n = 151
+    assert near / 300 > 0.97
+    assert 200 < np.median(trials) < 800  # 1.96 x 0.5 x sqrt(pi / 2) / sqrt(n) = 0.1 at n = 151; 1.6 times as wide: 390
 
 
 def test_what_never_gives_an_estimate_ends_nothing_and_delays_nothing():

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from validation.gates.sequential import SequentialTest, decide, log_evidence
+from validation.comparison.sequential_evidence import log_evidence
+from validation.gates.sequential import SequentialTest, decide
 
 
 @pytest.mark.parametrize("allowed", [0.5, 0.05, 0.8])
