@@ -16,6 +16,7 @@ from typing import Any
 
 from scenarios.errors import InputError
 from validation.calibrating.object_server import FitRequest, ObjectFacts, content_of, serve
+from validation.calibrating.orphan_guard import guard, release
 from validation.calibrating.processes import (
     child_environment,
     end_all,
@@ -75,6 +76,7 @@ class _Child:
 
     def __init__(self, spec: str) -> None:
         self.mark, self.cpu_s = uuid.uuid4().hex, 0.0
+        guard(self.mark)
         self.output = tempfile.TemporaryFile()  # noqa: SIM115
         self.connection, theirs = Pipe()
         with theirs:
@@ -130,6 +132,7 @@ class _Child:
     def end(self) -> tuple[float, str]:
         """End the process and all descendants; return the processor time and the end of the output."""
         end_all(self.process.pid, self.mark)
+        release(self.mark)
         cpu_s = reap(self.process)
         output = last_lines(self.output.fileno())
         self.connection.close()

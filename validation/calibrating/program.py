@@ -17,6 +17,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from validation.calibrating.orphan_guard import guarded
 from validation.calibrating.processes import (
     child_environment,
     end_all,
@@ -54,7 +55,7 @@ def run_program(words: Sequence[str], place: Path, variables: Mapping[str, str],
     Standard input is empty; the output goes to a file under the common file limit.
     """
     mark, start_s = uuid.uuid4().hex, time.monotonic()
-    with open(place / OUTPUT, "w+b") as output:
+    with guarded(mark, str(place)), open(place / OUTPUT, "w+b") as output:
         child = subprocess.Popen(
             [*_limits(time_limit_s), *words],
             cwd=place,
