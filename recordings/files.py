@@ -16,6 +16,8 @@ from scenarios.plain import plain
 
 PART = ".magbench-part"
 """The end of the name of a file that is being written."""
+NO_LINK = getattr(os, "O_NOFOLLOW", 0)
+"""Refuses a symlink at the name of a file that is being written; Windows has no such flag."""
 WAIT = "wait for it to end, or choose another output"
 
 
@@ -28,7 +30,7 @@ def atomic_write(path: Path) -> Iterator[Path]:
     part = path.with_name(path.name + PART)
     held = InputError("another magbench is writing this file", where=str(path), do=WAIT)
     with system_errors_about(path):
-        descriptor = lock(part, os.O_RDWR | os.O_CREAT, held)
+        descriptor = lock(part, os.O_RDWR | os.O_CREAT | NO_LINK, held)
     try:
         yield part
         with system_errors_about(path):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -32,6 +32,7 @@ def compare(
     jobs: int | None = None,
     scheduler: str | None = None,
     progress: Progress = lambda done, total: None,
+    warn: Callable[[str], object] = lambda text: None,
 ) -> ComparisonResult:
     """Compare calibrators over many trials of a scenario; the same call with `out` resumes or adds trials.
 
@@ -41,6 +42,7 @@ def compare(
     rank_by : the score that decides. reference : the calibrator that ratios are to; by default the best.
     jobs : processes; by default this process alone. scheduler : address of a Dask cluster, `tcp://host:8786`. Neither
         changes a figure. A script that gives jobs calls this function below `if __name__ == "__main__":`.
+    warn : gets a line about damaged trials of `out`, which are computed again.
     out : directory for report.html, trials.parquet, comparison.json and recordings.
 
     Raises InputError for a bad scenario, sweep or score, an unknown calibrator, and an `out` of another comparison.
@@ -57,5 +59,5 @@ def compare(
     chosen = calibrators_from(with_, exec_, time_limit_s, spec.calibrators)
     design = Design.of(spec, chosen, [parse_sweep(text, spec) for text in sweep], seed)
     with place_for(out) as place:
-        found = compared(design, trials, place, engine(scheduler, jobs), progress, asked)
+        found = compared(design, trials, place, engine(scheduler, jobs), progress, asked, warn)
     return ComparisonResult.of(found, design.seed)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -23,11 +24,13 @@ def gate(
     jobs: int | None = None,
     scheduler: str | None = None,
     progress: Progress = lambda done, total: None,
+    warn: Callable[[str], object] = lambda text: None,
 ) -> GateResult:
     """Hold calibrators to the limits of a file; trials are computed one by one, until every gate is decided.
 
     gates : a gates.toml. out : directory for report.html, gates.json, junit.xml and summary.md. strict : an undecided
     gate counts as failed. seed, time_limit_s : in place of the file's. jobs, scheduler : as in `compare`.
+    warn : gets a line about damaged trials of `out`, which are computed again.
 
     Raises InputError for a file that cannot be used. A gate of one calibrator in a test: `magbench.testing`.
     """
@@ -41,7 +44,8 @@ def gate(
     file, who = load_gates(path), engine(scheduler, jobs)
     groups = group_gates(file, path, seed, time_limit_s)
     with place_for(out) as place:
-        outcomes = run_gates(groups, who, place, path.name, file.false_fail_rate, progress, strict=strict)
+        rate = file.false_fail_rate
+        outcomes = run_gates(groups, who, place, path.name, rate, progress, strict=strict, warn=warn)
     return GateResult(tuple(outcomes), strict)
 
 

@@ -57,7 +57,7 @@ def command(
     """
     from magbench.api.compare import compare
     from magbench.arguments import split
-    from magbench.console import emit, progress, say
+    from magbench.console import emit, progress, say, warn
     from magbench.tables import show_comparison
     from sim.scenario import load
 
@@ -79,6 +79,7 @@ def command(
             jobs=jobs,
             scheduler=scheduler,
             progress=report,
+            warn=warn,
         )
     if json:
         emit(found.summary() | {"out": str(place)})

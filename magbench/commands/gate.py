@@ -65,7 +65,7 @@ def command(
     """
     from magbench.api.gate import gate
     from magbench.api.gate import write_baseline as record_baseline
-    from magbench.console import emit, progress, say
+    from magbench.console import emit, progress, say, warn
     from scenarios.errors import InputError
 
     if init is not None:
@@ -80,7 +80,7 @@ def command(
         return emit({"scores": scores, "out": str(write_baseline)}) if json else None
     place = out or Path("out") / gates.stem
     with progress(f"gates of {gates.name}") as report:
-        found = gate(gates, place, **given, strict=strict, progress=report)
+        found = gate(gates, place, **given, strict=strict, progress=report, warn=warn)
     _show(found, place, gates, json)
     if found.failed:
         raise typer.Exit(1)

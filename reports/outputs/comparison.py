@@ -74,6 +74,7 @@ def compare(
     engine: Engine,
     progress: Progress = lambda done, total: None,
     question: ComparisonQuestion | None = None,
+    warn: Callable[[str], object] = lambda text: None,
 ) -> Comparison:
     """Compute trials at every point, write all files of the comparison into `out`, and return the content of the page.
 
@@ -87,7 +88,7 @@ def compare(
     _check_reference(design, question.reference)
     with locked_directory(out):
         remove_leftovers(out)
-        journal = Journal.open(out, design.identity())
+        journal = Journal.open(out, design.identity(), warn=warn)
         table = _computed(design, trials, journal, engine, progress, question)
         table.write(out)
         found = _answered(design, table, question)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -21,7 +21,7 @@ from validation.gates.gate_journal import open_gate_journal
 from validation.gates.gate_outcome import GateOutcome
 from validation.gates.proposal import FinishedComparison, gate_proposals, gates_toml
 from validation.gates.runner import Progress, decide_gates, record_scores
-from validation.gates.score_baseline import write_baseline
+from validation.gates.score_baseline import check_place, write_baseline
 from validation.gates.summary import full_summary
 from validation.scoring.definitions import score_definition
 from validation.scoring.outcome import RANKED_BY
@@ -38,6 +38,7 @@ def run_gates(
     progress: Progress = lambda done, total: None,
     *,
     strict: bool = False,
+    warn: Callable[[str], object] = lambda text: None,
 ) -> list[GateOutcome]:
     """Run trials until every gate is decided and write FILES into `out`.
 
@@ -47,7 +48,7 @@ def run_gates(
     """
     with locked_directory(out):
         remove_leftovers(out)
-        journal = open_gate_journal(groups, out)
+        journal = open_gate_journal(groups, out, warn)
         outcomes = decide_gates(groups, engine, progress, journal)
         texts = (
             junit(outcomes, title, strict=strict),
@@ -64,7 +65,11 @@ def run_gates(
 def record_baseline(
     groups: Sequence[GateGroup], engine: Engine, path: Path, progress: Progress = lambda done, total: None
 ) -> int:
-    """Write the scores of every gate's calibrator in all trials, return their number; InputError where refused."""
+    """Write the scores of every gate's calibrator in all trials, return their number.
+
+    Raises InputError where `path` cannot be written: for a missing folder before any trial.
+    """
+    check_place(path)
     parts = record_scores(groups, engine, progress)
     write_baseline(path, parts)
     return sum(part.num_rows for part in parts)

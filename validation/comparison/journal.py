@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
-import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from recordings.files import canonical_json, system_errors_about, write_text
+from recordings.files import atomic_write, canonical_json, system_errors_about, write_text
 from recordings.resume import differences
 from scenarios.errors import InputError
 from validation.comparison.trial import Trial, TrialRow
+from validation.text import counted
 
 JOURNAL = "journal.jsonl"
 COMPARISON = "comparison"
+DIGITS = 32
+"""Hexadecimal digits of a line's checksum: 128 bits of SHA-256."""
 ELSEWHERE = "choose another output directory, or remove this one"
 
 
@@ -23,8 +26,9 @@ ELSEWHERE = "choose another output directory, or remove this one"
 class Journal:
     """Trials of a comparison or gate run in a directory; the first line of the file is the identity.
 
-    Torn or damaged lines are ignored and the trials computed again, since design, seed and run determine a trial. The
-    caller holds `locked_directory`.
+    Every line begins with a checksum of the rest. A line that does not match (torn, damaged, or of a release without
+    checksums) is removed and the trial computed again, since design, seed and run determine a trial. The caller holds
+    `locked_directory`.
     """
 
     path: Path
@@ -32,28 +36,39 @@ class Journal:
     """(point, run) of every kept trial."""
 
     @classmethod
-    def open(cls, out: Path, identity: dict[str, Any], of: str = COMPARISON, *, anew: bool = False) -> Journal:
+    def open(
+        cls,
+        out: Path,
+        identity: dict[str, Any],
+        of: str = COMPARISON,
+        *,
+        anew: bool = False,
+        warn: Callable[[str], object] = lambda text: None,
+    ) -> Journal:
         """Start a journal, or continue the existing journal of an equal identity.
 
         of : purpose of the trials, the key of the first line. anew : drop a journal of a different identity instead of
-        refusing. Raises InputError for a journal of a different identity or purpose.
+        refusing. warn : gets a message about removed lines. Raises InputError for a journal of a different identity or
+        purpose, and for a damaged first line.
         """
         path = out / JOURNAL
         other = _difference(path, of, json.loads(canonical_json(identity))) if path.exists() else ""
         if other and not anew:
             raise InputError(f"holds another {of}: {other}", where=str(out), do=ELSEWHERE)
         if other or not path.exists():
-            write_text(path, canonical_json({of: identity}) + "\n")
+            write_text(path, _sealed(canonical_json({of: identity})).decode())
         journal = cls(path)
         with system_errors_about(path):
-            _cut_torn_line(path)
+            removed = _remove_damaged_lines(path)
+        if removed:
+            warn(f"{path}: {counted(removed, 'line')} damaged or without a matching checksum; computed again")
         journal.there = {(trial.point, trial.run) for trial in journal}
         return journal
 
     def add(self, trial: Trial) -> None:
         """Append a trial to the file."""
         with system_errors_about(self.path, "free some space; the same command resumes"), self.path.open("ab") as file:
-            file.write((json.dumps(asdict(trial), separators=(",", ":")) + "\n").encode())
+            file.write(_sealed(json.dumps(asdict(trial), separators=(",", ":"))))
         self.there.add((trial.point, trial.run))
 
     def remove(self) -> None:
@@ -74,34 +89,49 @@ class Journal:
                     yield trial
 
 
+def _sealed(content: str) -> bytes:
+    """Return a JSON object as a line that begins with the checksum of what follows it."""
+    rest = content.encode()[1:] + b"\n"
+    return _seal(rest) + rest
+
+
+def _seal(rest: bytes) -> bytes:
+    return b'{"sha256":"' + hashlib.sha256(rest).hexdigest()[:DIGITS].encode() + b'",'
+
+
+def _matches(line: bytes) -> bool:
+    size = len(_seal(b""))
+    return line[:size] == _seal(line[size:])
+
+
 def _read(line: bytes) -> Trial | None:
-    try:
-        data = json.loads(line)
-        return Trial(data["point"], data["run"], tuple(TrialRow(**row) for row in data["rows"]))
-    except (ValueError, KeyError, TypeError):
+    """Return the trial of a line, None for a line that does not match its checksum."""
+    if not _matches(line):
         return None
+    data = json.loads(line)
+    return Trial(data["point"], data["run"], tuple(TrialRow(**row) for row in data["rows"]))
 
 
 def _difference(path: Path, of: str, identity: dict[str, Any]) -> str:
     """Return the differences to the identity of an existing journal; InputError for a different purpose."""
     with path.open("rb") as file:
-        try:
-            existing = json.loads(next(file))[of]
-        except (ValueError, KeyError, TypeError, StopIteration):
-            raise InputError(f"is no journal of a {of}", where=str(path), do=ELSEWHERE) from None
-    return differences(of, existing, identity)
+        line = file.readline()
+    other = InputError(f"is no journal of a {of}, or its first line is damaged", where=str(path), do=ELSEWHERE)
+    if not _matches(line) and not line.startswith(f'{{"{of}"'.encode()):  # of a release without checksums
+        raise other
+    try:
+        existing = json.loads(line)[of]
+        return differences(of, existing, identity)
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        raise other from None
 
 
-def _cut_torn_line(path: Path) -> None:
-    """Truncate the file after the last complete line."""
-    with path.open("rb+") as file:
-        end = file.seek(0, os.SEEK_END)
-        while end and _byte_before(file, end) != b"\n":
-            end -= 1
-        file.truncate(end)
-
-
-def _byte_before(file: Any, end: int) -> bytes:
-    file.seek(end - 1)
-    byte: bytes = file.read(1)
-    return byte
+def _remove_damaged_lines(path: Path) -> int:
+    """Write the file again without the lines that do not match their checksum; return their number."""
+    with path.open("rb") as file:
+        first, *lines = file
+    kept = [line for line in lines if _matches(line)]
+    if len(kept) < len(lines):
+        with atomic_write(path) as part:
+            part.write_bytes(b"".join([first, *kept]))
+    return len(lines) - len(kept)

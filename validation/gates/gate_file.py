@@ -63,6 +63,13 @@ class Gate(Table):
         USUAL_SPREAD, gt=0, le=10, description="standard deviation of ln(score) from trial to trial, for planning"
     )
 
+    @field_validator("name")
+    @classmethod
+    def _printable(cls, text: str) -> str:
+        if not text.isprintable():
+            raise misfit((), "holds a character that cannot be printed, which junit.xml cannot hold", "leave it out")
+        return text
+
     @field_validator("score")
     @classmethod
     def _has_a_better_end(cls, text: str) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import validation
@@ -16,14 +16,17 @@ DECIDING = ("calib", "recordings", "scenarios", "sim", "validation")
 """Packages whose code determines a trial."""
 
 
-def open_gate_journal(groups: Sequence[GateGroup], out: Path) -> Journal:
+def open_gate_journal(
+    groups: Sequence[GateGroup], out: Path, warn: Callable[[str], object] = lambda text: None
+) -> Journal:
     """Open the journal of a gate run in a directory; trials of a different run or different code are dropped.
 
     Limits are not part of the identity, since limits determine no trial. A gate judges the current code, so trials of
-    earlier code are useless, unlike in a comparison. Raises InputError where the directory holds a comparison.
+    earlier code are useless, unlike in a comparison. warn : gets a message about damaged lines. Raises InputError
+    where the directory holds a comparison.
     """
     identity = {"groups": [_shortened(group) for group in groups], "code": _code()}
-    return Journal.open(out, identity, RUN_OF_GATES, anew=True)
+    return Journal.open(out, identity, RUN_OF_GATES, anew=True, warn=warn)
 
 
 def _shortened(group: GateGroup) -> dict[str, object]:

@@ -30,6 +30,8 @@ COLUMNS = pa.schema(
     ]
 )
 """sha256 : digest of the whole scenario. value : null without an estimate."""
+LARGEST = 1e12
+"""Largest score of a baseline, in the score's unit: beyond every figure that a fit gives, far from overflow."""
 ANEW = "write it anew with --write-baseline"
 
 
@@ -48,6 +50,14 @@ def rows_of(design: Design, calibrator: str, score: str, values: Array) -> pa.Ta
     return pa.table(columns | {"run": list(range(n)), "value": found}, schema=COLUMNS)
 
 
+def check_place(path: Path) -> None:
+    """Refuse a baseline's path in a missing folder, or that is a folder; raises InputError."""
+    if not path.parent.is_dir():
+        raise InputError(f"no such directory: {path.parent}", where=str(path), do="make the directory first")
+    if path.is_dir():
+        raise InputError("is a directory", where=str(path), do="name a file")
+
+
 def write_baseline(path: Path, parts: Iterable[pa.Table]) -> None:
     """Write a baseline atomically; InputError where the file cannot be written."""
     with atomic_write(path) as part, system_errors_about(path):
@@ -64,7 +74,7 @@ def read_baseline(path: Path, design: Design, calibrator: str, score: str, trial
         raise InputError("no such file", where=str(path), do="write it with --write-baseline")
     with parquet_errors_about(path):
         table = pq.read_table(path)
-    if table.schema.names != COLUMNS.names:
+    if not table.schema.equals(COLUMNS):
         raise InputError("is no baseline", where=str(path), do=ANEW)
     wanted = {"sha256": _digest(design), "seed": design.seed, "calibrator": calibrator, "score": score}
     words = {"sha256": "this scenario with these overrides", "seed": f"seed {design.seed}"}
@@ -73,12 +83,22 @@ def read_baseline(path: Path, design: Design, calibrator: str, score: str, trial
         if not table.num_rows:
             what = words.get(column, f"{column} {value}")
             raise InputError(f"holds nothing of {what}", where=str(path), do=ANEW)
+    _check_values(path, table)
     found = dict(zip(table["run"].to_pylist(), table["value"].to_pylist(), strict=True))
     missing = next((run for run in range(trials) if run not in found), None)
     if missing is not None:
         what = f"holds no run {missing}; the gate may take {trials} trials"
         raise InputError(what, where=str(path), do=f"{ANEW}, or lower max_trials")
     return np.array([np.inf if found[run] is None else found[run] for run in range(trials)])
+
+
+def _check_values(path: Path, table: pa.Table) -> None:
+    """Refuse what no score can be: not finite, negative, or given twice for a run."""
+    values, runs = table["value"].drop_null().to_numpy(), table["run"].to_pylist()
+    if not np.all(np.isfinite(values) & (values >= 0.0) & (values <= LARGEST)):
+        raise InputError("holds a score that is negative or not finite", where=str(path), do=ANEW)
+    if len(set(runs)) < len(runs):
+        raise InputError("holds a run twice", where=str(path), do=ANEW)
 
 
 def _digest(design: Design) -> str:
