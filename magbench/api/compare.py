@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from magbench.api.inputs import Progress, calibrators_from, check_count, engine, in_keywords, place_for, scenario_from
+from magbench.api.inputs import (
+    Progress,
+    Warn,
+    calibrators_from,
+    check_count,
+    engine,
+    in_keywords,
+    place_for,
+    quiet,
+    scenario_from,
+)
 
 if TYPE_CHECKING:
     from magbench.api.results import ComparisonResult
@@ -31,8 +41,8 @@ def compare(
     time_limit_s: float | None = None,
     jobs: int | None = None,
     scheduler: str | None = None,
-    progress: Progress = lambda done, total: None,
-    warn: Callable[[str], object] = lambda text: None,
+    progress: Progress = quiet,
+    warn: Warn = quiet,
 ) -> ComparisonResult:
     """Compare calibrators over many trials of a scenario; the same call with `out` resumes or adds trials.
 

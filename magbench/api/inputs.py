@@ -29,6 +29,8 @@ Data: TypeAlias = (
     "Recording | Frame | NDArray[Any] | Sequence[Sequence[float]] | Mapping[str, ArrayLike] | str | PathLike[str]"
 )
 """A recording; a data frame or a dict with columns time_s and mag_x_nT …; an array (n, 3) in nT; a file's path."""
+Warn = Callable[[str], object]
+"""Called with a line about something amiss."""
 Progress: TypeAlias = Callable[[float, int], object]
 """Called with (pieces done, pieces in all)."""
 OPTION = re.compile(r"--([a-zA-Z][\w-]*)")
@@ -38,6 +40,10 @@ KEYWORDS = {
 }
 """Options whose keyword has another name."""
 _options_named: ContextVar[bool] = ContextVar("options_named", default=False)
+
+
+def quiet(*told: object) -> None:
+    """Take what is told and do nothing."""
 
 
 @contextmanager

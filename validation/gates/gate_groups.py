@@ -25,6 +25,8 @@ from validation.gates.gate_plan import plan_gate
 from validation.gates.score_baseline import read_baseline
 from validation.scoring.evaluation import UNCORRECTED
 
+NO_LIMIT = "no limit: the reference gives no estimate"
+
 
 @dataclass(frozen=True)
 class GateEntry:
@@ -46,7 +48,8 @@ class GateEntry:
             reference_score = gate_score(rows[self.reference], gate)
         else:
             reference_score = 1.0 if self.bound is None else self.bound.in_run(run)
-        return GateTrial(score, reference_score, "" if np.isfinite(score) else f"{row.status}: {row.reason}")
+        missing = "" if np.isfinite(reference_score) else NO_LIMIT
+        return GateTrial(score, reference_score, missing if np.isfinite(score) else f"{row.status}: {row.reason}")
 
 
 @dataclass(frozen=True)

@@ -42,9 +42,10 @@ class GateProgress:
         return self.decided or len(self.trials) >= self.plan.max_trials
 
     def add(self, trial: GateTrial) -> None:
-        """Add a trial and test for a decision; a trial without an estimate exceeds any limit."""
+        """Add a trial and test for a decision; a trial without an estimate or a finite limit exceeds."""
         self.trials.append(trial)
-        within = np.isfinite(trial.score) and trial.score <= self.plan.gate.factor * trial.reference_score
+        limit = self.plan.gate.factor * trial.reference_score
+        within = np.isfinite(trial.score) and np.isfinite(limit) and trial.score <= limit
         self.exceeded.append(not within)
         k, n, test = sum(self.exceeded), len(self.trials), self.plan.test
         self.decided = bool(test.over(k, n) >= test.failing or test.within(k, n) >= test.passing)

@@ -1,0 +1,24 @@
+"""A gate passes only under a finite limit that is kept."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from tests.validation.gates.conftest import Scripted, gate_text, row
+from validation.gates.gate_groups import NO_LIMIT
+from validation.gates.runner import decide_gates
+
+
+@pytest.mark.parametrize("answers", [0, 3, None])
+def test_a_reference_that_never_answers_lets_nothing_pass(answers: int | None, groups_of: Callable) -> None:  # type: ignore[type-arg]
+    groups = groups_of(gate_text("vacuous", ratio=2.0, reference="sphere", max_trials=60))
+
+    def told(group: int, run: int) -> list:  # type: ignore[type-arg]
+        answered = answers is None or run < answers
+        return [row("ellipsoid", 1.0), row("sphere", 1.0 if answered else None, "not converged", "no data")]
+
+    (outcome,) = decide_gates(groups, Scripted(told))
+    assert outcome.verdict == ("pass" if answers is None else "fail")
+    assert outcome.failure == ("" if answers is None else NO_LIMIT)
