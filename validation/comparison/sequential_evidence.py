@@ -11,8 +11,6 @@ from scipy.special import betaincc, betaln
 
 from scenarios.arrays import Array
 
-HALF = 0.5
-"""Probability that a score is lower than the rival's where neither is better, and below the median."""
 ROUNDING = 1e-12
 """ln of the evidence that is none but rounding."""
 
@@ -42,13 +40,14 @@ def log_evidence(exceeded: ArrayLike, trials: ArrayLike, allowed: float) -> Arra
 def log_evidence_of_bias(counted: ArrayLike, trials: ArrayLike) -> Array:
     """Return ln E, the evidence of k of n against P = 1/2, to either side.
 
-    E_n = (over + within) / 2 of `log_evidence` at p0 = 1/2, the likelihood ratio averaged uniformly over 0 < p < 1. The
-    mean of two supermartingales that start at 1 is one too, so P(E_n >= 1 / a for any n) <= a for P = 1/2.
+    E_n = 2^n B(k + 1, n - k + 1), the mean of `log_evidence` to both sides at p0 = 1/2: the likelihood ratio averaged
+    uniformly over 0 < p < 1. The mean of two supermartingales that start at 1 is one too, so P(E_n >= 1 / a for any n)
+    <= a for P = 1/2.
 
     counted, trials : k and n, of equal shape.
     """
-    over, within = (log_evidence(k, trials, HALF) for k in (counted, np.subtract(trials, counted)))
-    return np.asarray(np.logaddexp(over, within) - math.log(2.0))
+    k, n = np.asarray(counted, dtype=float), np.asarray(trials, dtype=float)
+    return np.asarray(betaln(k + 1.0, n - k + 1.0) + n * math.log(2.0))
 
 
 def sequential_p(signs: ArrayLike) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom, chi2
 
-from validation.comparison.sequential_evidence import log_evidence_of_bias, sequential_p
+from validation.comparison.sequential_evidence import log_evidence, log_evidence_of_bias, sequential_p
 from validation.comparison.statistics import (
     differences,
     holm_corrected,
@@ -77,6 +77,8 @@ def test_the_evidence_of_equal_chances_is_the_integral_of_the_likelihood_ratio()
     ratio = (p / 0.5) ** 14 * ((1 - p) / 0.5) ** 6
     assert log_evidence_of_bias(14, 20) == pytest.approx(np.log(ratio.mean()), abs=1e-6)
     assert log_evidence_of_bias(6, 20) == pytest.approx(log_evidence_of_bias(14, 20))
+    sides = log_evidence([14, 6], [20, 20], 0.5)
+    assert log_evidence_of_bias(14, 20) == pytest.approx(np.log(np.exp(sides).mean()))
 
 
 def test_a_difference_once_clear_stays_so():
