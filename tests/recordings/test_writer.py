@@ -140,10 +140,11 @@ def one_line_about(path: Path, words: str) -> Iterator[None]:
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
-def test_full_disk(tmp_path: Path, run: Any) -> None:
+def test_full_disk(tmp_path: Path, run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """A device that is always full stands in for the file that is written beside."""
     target = tmp_path / "r.parquet"
-    target.with_name("r.parquet.magbench-part").symlink_to("/dev/full")
+    opened = pa.OSFile
+    monkeypatch.setattr(pa, "OSFile", lambda path, mode: opened("/dev/full", mode))
     with one_line_about(target, os.strerror(errno.ENOSPC).lower()):
         run.write(target)
     assert list(tmp_path.iterdir()) == []

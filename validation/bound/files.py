@@ -79,7 +79,8 @@ def true_experiment(
     """
     sensor = hold_out(effects, Environment.of(recording, field_enu_nT))
     residual_nT = recording.mag_nT - truth.field_nT @ sensor.matrix.T - sensor.offset_nT
-    noise = _white(residual_nT, recording.time_s) if noise_std_nT is None else noise_std_nT
+    found = _white(residual_nT, recording.time_s) if noise_std_nT is None else noise_std_nT
+    noise = found if found > ROUNDING_NT else 0.0
     known = _along(truth.field_nT, sensor.matrix, noise, recording.time_s, _turns_of(truth.q), where)
     return _levelled(replace(known, field_enu_nT=field_enu_nT), truth.q, recording)
 
@@ -179,7 +180,7 @@ def _turns_of(q: Array) -> Array:
 
 
 def _along(field_nT: Array, matrix: Array, noise: float, time_s: Array, turns: Array | None, where: str) -> Experiment:
-    if not noise > ROUNDING_NT:
+    if not noise > 0:
         what = "there is no white noise, so accuracy has no limit"
         raise InputError(what, where=where, do="give --noise-std-nT")
     return Experiment(field_nT, matrix, noise, turns, np.diff(time_s))
