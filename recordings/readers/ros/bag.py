@@ -14,17 +14,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from recordings.readers.base import library
+from recordings.readers.ros.expansion import EXTRA, bound_index, bounded_expansion, chunk_by_chunk
 from recordings.readers.ros.fields import Layout, layout_of, needed_types
 from scenarios.arrays import Array
 from scenarios.errors import InputError
 
-EXTRA = "ros"
 ROS1_MARK, MCAP_MARK, SQLITE_MARK = b"#ROSBAG V", b"\x89MCAP0\r\n", b"SQLite format 3\x00"
 METADATA = "metadata.yaml"
 """The file by which a directory is a ROS 2 bag."""
 METADATA_MARK = b"rosbag2_bagfile_information"
 BLOCK = 4096
 """Messages of a topic that are held before they become arrays."""
+MOST_WRONG = 100_000
+"""Messages that cannot be decoded above which a bag is refused."""
+MOST_LETTERS = 80
+"""Letters of a text that are kept: a mode, a frame. Texts are arrays as wide as the longest."""
 LATEST_NS = 2**62
 """Later times of receipt, in the year 2116, are damage."""
 DAMAGE = (
@@ -60,7 +64,11 @@ class Topic:
         """Return fields as (n, k)."""
         return np.column_stack([self.columns[name].astype(np.float64) for name in names])
 
-    def rows(self, chosen: NDArray[np.bool_]) -> Topic:
+    def by_receipt(self) -> NDArray[np.intp]:
+        """Return the order (n,) of receipt."""
+        return np.argsort(self.received_ns, kind="stable")
+
+    def rows(self, chosen: NDArray[np.bool_] | NDArray[np.intp]) -> Topic:
         """Return some of the messages."""
         columns = {name: values[chosen] for name, values in self.columns.items()}
         return Topic(
@@ -93,10 +101,9 @@ class _Collected:
         if not 0 <= received_ns < LATEST_NS:
             raise ValueError(f"received at {received_ns} ns")
         row = self._numbers(message)
-        stamp = message.header.stamp if self.layout.stamped else None
-        head = (stamp.sec * 10**9 + stamp.nanosec, message.header.frame_id) if stamp is not None else (0, "")
+        head = _head(message.header) if self.layout.stamped else (0, "")
         for name, get in self._words:
-            self.words[name].append(get(message))
+            self.words[name].append(get(message)[:MOST_LETTERS])
         self.rows.append(row)
         self.heads.append(head)
         self.received_ns.append(received_ns)
@@ -116,7 +123,13 @@ class _Collected:
         columns |= {name: np.array(words, np.str_) for name, words in self.words.items()}
         stamps = np.array([stamp for stamp, _ in self.heads], np.int64)
         frames = np.array([frame for _, frame in self.heads], np.str_)
-        return Topic(self.name, self.kind, np.array(self.received_ns, np.int64), stamps, frames, columns)
+        topic = Topic(self.name, self.kind, np.array(self.received_ns, np.int64), stamps, frames, columns)
+        return topic if np.all(np.diff(topic.received_ns) >= 0) else topic.rows(topic.by_receipt())
+
+
+def _head(header: Any) -> tuple[int, str]:
+    """Return the stamp of a header in ns, and the frame."""
+    return header.stamp.sec * 10**9 + header.stamp.nanosec, header.frame_id[:MOST_LETTERS]
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,19 +148,27 @@ def read_bag(path: Path, needed: Callable[[str, str, Layout], bool]) -> Bag:
     """
     first = library(path, "rosbags.rosbag1", EXTRA)
     second = library(path, "rosbags.rosbag2", EXTRA)
-    types = library(path, "rosbags.typesys", EXTRA)
     old = path.suffix.lower() == ".bag"
-    with _bag_errors_about(path):
-        reader = (first.Reader if old else second.Reader)(path.parent if path.name == METADATA else path)
-        reader.open()
-    try:
+    with bounded_expansion(path) as bounded:
         with _bag_errors_about(path):
-            store = _typestore(types, reader.connections, old)
-            collected, unknown = _selected(reader.connections, store, needed)
-        decode = store.deserialize_ros1 if old else store.deserialize_cdr
-        broken = _collect(reader, collected, decode)
-    finally:
-        reader.close()
+            place = path.parent if path.name == METADATA else path
+            reader = (first.Reader if old else second.Reader)(place)
+            bound_index(reader, bounded)
+            reader.open()
+        try:
+            chunk_by_chunk(reader)
+            return _bag(path, reader, old, needed)
+        finally:
+            reader.close()
+
+
+def _bag(path: Path, reader: Any, old: bool, needed: Callable[[str, str, Layout], bool]) -> Bag:
+    """Return the needed topics of an open bag."""
+    types = library(path, "rosbags.typesys", EXTRA)
+    with _bag_errors_about(path):
+        store = _typestore(types, reader.connections, old)
+        collected, unknown = _selected(reader.connections, store, needed)
+    broken = _collect(path, reader, collected, store.deserialize_ros1 if old else store.deserialize_cdr)
     topics = [_joined([one for one in collected.values() if one.name == name]) for name in _names(collected)]
     left = [f"topics of unknown types left out: {', '.join(unknown[:4])}"] if unknown else []
     return Bag({topic.name: topic for topic in topics}, (*left, *broken))
@@ -206,8 +227,10 @@ def _selected(
     return chosen, unknown
 
 
-def _collect(reader: Any, collected: Mapping[int, _Collected], decode: Callable[[bytes, str], Any]) -> list[str]:
-    """Read all messages, and return a line for each kind of damage."""
+def _collect(
+    path: Path, reader: Any, collected: Mapping[int, _Collected], decode: Callable[[bytes, str], Any]
+) -> list[str]:
+    """Read all messages, and return a line for each kind of damage; InputError for too many that cannot be read."""
     chosen = [one for one in reader.connections if one.id in collected]
     wrong, notes = 0, list[str]()
     for item in _messages(reader, chosen, notes) if chosen else ():
@@ -217,6 +240,9 @@ def _collect(reader: Any, collected: Mapping[int, _Collected], decode: Callable[
             topic.add(received_ns, decode(raw, topic.kind))
         except _damage():
             wrong += 1
+            if wrong > MOST_WRONG:
+                what = f"more than {MOST_WRONG} messages are of another form than their types"
+                raise InputError(what, where=str(path), do="record it again") from None
     return [*notes, *([f"{wrong} messages of another form left out"] if wrong else [])]
 
 
@@ -228,6 +254,8 @@ def _messages(reader: Any, chosen: list[Any], notes: list[str]) -> Iterator[tupl
             item = next(found)
         except StopIteration:
             return
+        except InputError:
+            raise
         except _damage() as error:
             notes.append(f"damaged: the messages ahead of the damage are read ({_short(error)})")
             return
@@ -239,6 +267,8 @@ def _bag_errors_about(path: Path) -> Iterator[None]:
     """Turn what the library raises into an InputError about the file."""
     try:
         yield
+    except InputError:
+        raise
     except _damage() as error:
         do = "close the recorder properly, repair it with `rosbag reindex`, `ros2 bag reindex` or `mcap recover`"
         raise InputError(f"cannot be read as a ROS bag: {_short(error)}", where=str(path), do=do) from None
