@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -12,6 +13,7 @@ from typing import Any
 
 import typer
 from rich.console import Console
+from rich.padding import Padding
 from rich.progress import (
     BarColumn,
     Progress,
@@ -28,8 +30,14 @@ from scenarios.plain import json_ready
 
 Report = Callable[[float, int], object]
 """Told (pieces done, pieces in all); a piece may be done in part."""
-WIDTH = 160
+FILE_WIDTH = 100
 """Columns of a table that goes to a file."""
+INDENT = 2
+"""Columns by which the cells of a list are indented."""
+LINES_A_ROW = 4
+"""Lines that a row of a table takes on average at most; a longer table becomes a list."""
+UNLIMITED = 10_000
+"""Columns at which no table is squeezed."""
 PLAIN_INTERVAL_S = 10.0
 """Time between progress lines where there is no terminal."""
 messages = Console(stderr=True, soft_wrap=True, highlight=False)
@@ -64,19 +72,62 @@ def emit(result: Mapping[str, Any]) -> None:
 
 
 def show_text(text: str) -> None:
-    """Text on standard output, its lines broken between words."""
-    Console(width=None if sys.stdout.isatty() else WIDTH, highlight=False, markup=False).print(text)
+    """Text on standard output, its lines broken between words where the width is known."""
+    _results().print(text, soft_wrap=not _width_known())
+
+
+def show_points(points: Sequence[tuple[str, str]]) -> None:
+    """A line each point: its mark, then its text, broken lines indented below the text."""
+    console = _results()
+    grid = Table.grid(padding=(0, 1))
+    for point in points:
+        grid.add_row(*point)
+    console.print(grid)
 
 
 def show_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]], *, numbers: bool = True) -> None:
-    """A table on standard output: the first column to the left, numbers to the right."""
-    table = Table(title=title or None, title_justify="left")
+    """A table on standard output: the first column to the left, numbers to the right.
+
+    A table that would break words on this width becomes a list, a line each cell.
+    """
+    console = _results()
+    lines = any("\n" in cell for row in rows for cell in row)
+    table = Table(title=title or None, title_justify="left", show_lines=lines)
     for index, column in enumerate(columns):
         table.add_column(column, justify="right" if numbers and index else "left", overflow="fold", no_wrap=not index)
     for row in rows:
         table.add_row(*row)
-    width = None if sys.stdout.isatty() else WIDTH
-    Console(width=width, highlight=False, markup=False).print(table)
+    if _readable(table, console):
+        console.print(table)
+    else:
+        console.print(*_as_list(title, columns, rows), sep="\n")
+
+
+def _readable(table: Table, console: Console) -> bool:
+    """Whether the table fits without a broken word, and without cells that run over many lines."""
+    if console.measure(table, options=console.options.update(width=UNLIMITED)).minimum > console.width:
+        return False
+    return len(console.render_lines(table)) <= LINES_A_ROW * (table.row_count + 1)
+
+
+def _results() -> Console:
+    """The console of standard output, as wide as the terminal or COLUMNS says, else FILE_WIDTH."""
+    return Console(width=None if _width_known() else FILE_WIDTH, highlight=False, markup=False)
+
+
+def _width_known() -> bool:
+    return sys.stdout.isatty() or os.environ.get("COLUMNS", "").isdecimal()
+
+
+def _as_list(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[Padding | str]:
+    """The rows of a table one after the other: the first cell, then each filled cell behind its column's head."""
+    if title:
+        yield title
+    for first, *cells in rows:
+        yield f"{columns[0]}: {first}" if columns[0] else first
+        for head, cell in zip(columns[1:], cells, strict=True):
+            if cell:
+                yield Padding(f"{head}: {cell}" if head else cell, (0, 0, 0, INDENT), expand=False)
 
 
 @contextmanager

@@ -44,11 +44,12 @@ OPTIONS: dict[str, Any] = {
 """By the name of the field in Reading; `forget` speaks of the file that keeps them."""
 
 
-def reads_logs(data: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
+def reads_logs(data: str, *, notes: bool = True) -> Callable[[Callable[..., None]], Callable[..., None]]:
     """Give a command the options of OPTIONS in place of its parameter `reading`.
 
     data : the command's parameter with the path of the log, or several. How each log was read is printed to standard
-    error after the answer, and not beside a refusal, which is one line. Stated options are kept beside the log.
+    error after the answer, and not beside a refusal, which is one line; without notes, the command prints it itself.
+    Stated options are kept beside the log.
     """
 
     def with_options(command: Callable[..., None]) -> Callable[..., None]:
@@ -63,7 +64,7 @@ def reads_logs(data: str) -> Callable[[Callable[..., None]], Callable[..., None]
                 _forget(logs)
             reading = Reading(**{name: value for name, value in said.items() if value is not None})
             told: list[str] = []
-            with listening(told.append):
+            with listening(told.append if notes else lambda line: None):
                 try:
                     command(**given, reading=reading)
                 except typer.Exit:

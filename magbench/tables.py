@@ -73,20 +73,25 @@ def show_comparison(found: Comparison) -> None:
 
 
 def show_calibrations(calibrations: Mapping[str, Calibration]) -> None:
-    """Offset, matrix and status of each calibration; dashes without an estimate."""
-    rows = []
+    """Offset, matrix and status of each calibration, dashes without an estimate; then the reasons."""
+    rows = [[name, c.status.kind, *_offset_and_matrix(c)] for name, c in calibrations.items()]
+    show_table("calibrations", ["calibrator", "status", "offset, nT", "matrix"], rows)
     for name, c in calibrations.items():
-        offset, matrix = "-", "-"
-        if c.has_estimate:
-            estimated = c.offset_nT if c.determines_z else c.offset_nT[:2]
-            offset = " ".join([*(f"{v:.2f}" for v in estimated), *["-"] * (3 - len(estimated))])
-            matrix = "; ".join(" ".join(f"{v:.5f}" for v in row) for row in c.matrix)
-        rows.append([name, c.status.kind, offset, matrix, c.status.reason])
-    show_table("calibrations", ["calibrator", "status", "offset, nT", "matrix", "reason"], rows)
+        if c.status.reason:
+            show_text(f"{name}: {c.status.reason}")
     for name, c in calibrations.items():
         if c.corrects_scalar:
             title = f"{name}: the vehicle's field at the scalar magnetometer"
             show_table(title, ["term", "value", "standard deviation", "unit"], scalar_term_rows(c))
+
+
+def _offset_and_matrix(fit: Calibration) -> tuple[str, str]:
+    """The cells of an estimate, a line each axis; a dash without an estimate, and for z where it is not determined."""
+    if not fit.has_estimate:
+        return "-", "-"
+    offset = [f"{value:.2f}" for value in fit.offset_nT]
+    matrix = "\n".join(" ".join(f"{value:8.5f}" for value in row) for row in fit.matrix)
+    return "\n".join(offset if fit.determines_z else [*offset[:2], "-"]), matrix
 
 
 def show_in_unit(calibrations: Mapping[str, Calibration], unit: OutputUnit) -> None:

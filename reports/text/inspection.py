@@ -1,4 +1,4 @@
-"""Table rows of an inspection's findings."""
+"""An inspection on a terminal: the answer, what needs attention, and table rows of every finding."""
 
 from __future__ import annotations
 
@@ -7,11 +7,29 @@ from typing import Any
 import numpy as np
 
 from validation.inspection.finding import Finding
-from validation.inspection.inspection import Inspection
+from validation.inspection.inspection import Inspection, headline
 from validation.text import figure, figures
 
 MARKS = {"ok": "", "note": "·", "warning": "!"}
 MOST_NUMBERS = 3
+
+
+ANSWERS = (("calibration", "enough_for"), ("time", "samples"), ("motion", "coverage"), ("noise", "white"))
+"""Findings that say what the recording is good for, in the order of reading."""
+
+
+def answer_texts(inspection: Inspection) -> list[str]:
+    """Return the sentences of an inspection's first screen: the number of warnings, then what it is good for."""
+    found = inspection.findings
+    told = [one.text for key in ANSWERS for one in found if (one.section, one.name) == key and one.level != "warning"]
+    return [headline(inspection), *told]
+
+
+def attention_points(inspection: Inspection) -> list[tuple[str, str]]:
+    """Return mark and sentence of each warning, then of each note that the answer does not hold."""
+    marked = sorted((one for one in inspection.findings if one.level != "ok"), key=lambda one: one.level != "warning")
+    held = answer_texts(inspection)
+    return [(MARKS[one.level], f"{one.section}: {one.text}") for one in marked if one.text not in held]
 
 
 def finding_rows(inspection: Inspection) -> list[list[str]]:

@@ -1,0 +1,67 @@
+"""Tables and texts at 80 columns: no word is broken, and a table that does not fit is a list."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from magbench.cli import main
+from magbench.console import show_points, show_table, show_text
+
+HEADS = ("calibrator", "status", "holdout_level_component_rms", "holdout_sphere_component_rms")
+ROW = ("ellipsoid", "not_converged", "1234.5", "2345.6")
+LOG = Path(__file__).parents[2] / "docs" / "logs" / "flight.bin"
+
+
+@pytest.fixture(autouse=True)
+def _narrow(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+
+
+def test_a_table_that_fits_is_a_table(capsys: pytest.CaptureFixture[str]) -> None:
+    show_table("calibrations", HEADS[:2], [ROW[:2]])
+    assert "┃ calibrator ┃" in capsys.readouterr().out
+
+
+def test_a_table_that_does_not_fit_is_a_list(capsys: pytest.CaptureFixture[str]) -> None:
+    show_table("calibrations", HEADS, [ROW, ROW])
+    told = capsys.readouterr().out.splitlines()
+    assert told[:3] == ["calibrations", "calibrator: ellipsoid", "  status: not_converged"]
+    assert all(f"  {head}: {cell}" in told for head, cell in zip(HEADS[1:], ROW[1:], strict=True))
+
+
+def test_a_column_of_sentences_does_not_become_a_tower(capsys: pytest.CaptureFixture[str]) -> None:
+    sentence = "the measurements are not on a sphere and this method cannot rule out soft iron " * 3
+    show_table("", HEADS[:3], [["sphere", sentence, sentence]])
+    assert len(capsys.readouterr().out.splitlines()) < 12
+
+
+def test_lines_of_a_pipe_without_a_width_stay_whole(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("COLUMNS")
+    show_text("word " * 60)
+    assert len(capsys.readouterr().out.splitlines()) == 1
+
+
+def test_points_hang_below_their_text(capsys: pytest.CaptureFixture[str]) -> None:
+    show_points([("!", "word " * 30)])
+    first, second, *_ = capsys.readouterr().out.splitlines()
+    assert (first[:6], second[:6]) == ("! word", "  word")
+
+
+def test_inspect_answers_in_its_first_lines(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["inspect", str(LOG)]) == 0
+    told = capsys.readouterr()
+    lines = told.out.splitlines()
+    assert lines[0] == "flight.bin: no warning, nothing to mend."
+    assert "suffices for ellipsoid" in lines[1]
+    assert len(lines) < 40
+    assert max(map(len, lines)) <= 80
+    assert not told.err
+
+
+def test_inspect_in_full_lists_what_is_in_order(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["inspect", str(LOG), "--full"]) == 0
+    assert "Time stamps increase strictly." in " ".join(capsys.readouterr().out.split())
