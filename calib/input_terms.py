@@ -43,12 +43,15 @@ class InputTerm:
 
     def field(self, recording: Recording) -> Array:
         """Field (n, 3) of the input, nT; InputError for a recording without the channel."""
+        return np.asarray(self.moved(recording)[:, None] * self.gain_nT)
+
+    def moved(self, recording: Recording) -> Array:
+        """The input (n,) minus its reference, behind the lag; InputError for a recording without the channel."""
         signal = input_signal(recording, self.channel)
         if signal is None:
             what = f"has no {self.channel}, whose field the calibration takes off"
             raise InputError(what, where="recording", do=f"record {self.channel}, or calibrate without it")
-        moved = delayed(signal - self.reference, recording.time_s, self.lag_s)
-        return np.asarray(moved[:, None] * self.gain_nT)
+        return delayed(signal - self.reference, recording.time_s, self.lag_s)
 
 
 def gain_names(channel: str) -> tuple[str, ...]:

@@ -106,7 +106,8 @@ def calibrate(
     field_strength_nT, field_enu_nT : the Earth's field there, its strength or (east, north, up); a simulated run's
         file knows its own.
     with_ : names of `magbench list calibrators`, what `magbench.register` named, or module:object. A failed fit is a
-        result too: its `status` says why. An empty list: sphere and ellipsoid, and planar for a level turn.
+        result too: its `status` says why. An empty list: sphere and ellipsoid, planar for a level turn, and
+        motor_ellipsoid where currents, throttle or temperature were logged and vary.
     time_s : (n,) beside an array; without it the samples are taken to be a second apart.
     maps : `mag_x_nT=bx,unit=uT` renames and converts columns. reading : a `magbench.Reading`: columns, unit, axes,
         frame, place and date of a log. run : which run of a dataset directory.

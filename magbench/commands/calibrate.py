@@ -84,7 +84,8 @@ def command(
 ) -> None:
     """Calibrate a recording; print how good the result is, offset and matrix; by default by sphere and ellipsoid.
 
-    A level turn is calibrated by planar too, and a log with x and y alone by planar.
+    A level turn is calibrated by planar too, a log with x and y alone by planar, and one with varying motor currents,
+    throttle or temperature by motor_ellipsoid too.
 
     Status 1 where a calibrator of --with or --exec was not applicable, 2 where an export is refused; table and other
     files are there all the same.

@@ -58,11 +58,12 @@ def assess(
     evidence: dict[str, SensorEvidence] = {}
     for sensor, keys in _by_sensor(found).items():
         own = screening if sensor is None else screening.of_sensor(sensor)
-        known = SensorEvidence.of({_name(key): found[key] for key in keys}, own.recording, reference)
+        own_evidence = SensorEvidence.of({_name(key): found[key] for key in keys}, own.recording, reference)
         for key in keys:
-            assessed[key], evidence[key] = known.assessed(key, found[key], own, limit), known
+            assessed[key], evidence[key] = own_evidence.assessed(key, found[key], own, limit), own_evidence
     best = _best(assessed, "ok")
-    use = next((one.use for key, one in evidence.items() if key == best or not best), None)
+    known = evidence.get(best, next(iter(evidence.values()), None))
+    use = None if known is None else known.use_of(found.get(best))
     answer = None if tolerance_deg is None else _answered(assessed, evidence, tolerance_deg)
     return Assessment(assessed, best, use, answer)
 

@@ -16,6 +16,7 @@ from validation.assessment.held_out import HeldOutLegs, LegAgreement, StrengthRm
 from validation.assessment.judgement import QualityWord, Trust, axes_fault, quality_of, trust_of
 from validation.assessment.level_flight import LevelFlight, level_flight
 from validation.assessment.posterior import Posterior, posterior_of
+from validation.assessment.sensor_model import group_of
 from validation.screening.screening import ScreenedRecording
 
 LEAST_SAMPLES = 24
@@ -67,10 +68,12 @@ class SensorEvidence:
             HeldOutLegs.of(sound, reference) if len(sound) >= LEAST_SAMPLES else None,
         )
 
-    @property
-    def use(self) -> Use | None:
-        """Return what predicts held-out legs; None with too few rows."""
-        return None if self.legs is None else self.legs.use()
+    def use_of(self, fit: Calibration | None) -> Use | None:
+        """Return what predicts held-out legs, beside the inputs of a calibration; None with too few rows."""
+        if self.legs is None:
+            return None
+        channels = () if fit is None else tuple(term.channel for term in fit.inputs)
+        return replace(self.legs.use(), terms=tuple(dict.fromkeys(map(group_of, channels))))
 
     def posterior_for(self, fit: Calibration) -> Posterior | None:
         """Return the posterior that a calibration is judged by: by vector where the calibration knew it.
@@ -98,7 +101,7 @@ class SensorEvidence:
         """Return the assessment of a calibration of the recording."""
         estimate = fit.has_estimate and not fit.corrects_scalar
         posterior = self.posterior_for(fit)
-        heading = heading_error(at_mean_inputs(fit, self.recording), posterior, self.flight)
+        heading = heading_error(fit, posterior, self.flight)
         held_out = self.legs_for(fit) if estimate and fit.determines_z else None
         strength = None if held_out is None else held_out.strength(fit, self.recording, self.reference)
         agreement = None if held_out is None else held_out.agreement(fit)
@@ -107,14 +110,6 @@ class SensorEvidence:
         wrong_axes = axes_fault(fit, screening.faults)
         quality = "bad" if wrong_axes else quality_of(fit, heading, tolerance_deg)
         return CalibrationAssessment(name, fit, heading, strength, agreement, coverage, quality, trust, wrong_axes)
-
-
-def at_mean_inputs(fit: Calibration, recording: Recording) -> Calibration:
-    """Return a calibration with the mean field of its inputs in the offset, where the posterior's offset has it."""
-    if not fit.inputs or not fit.has_estimate:
-        return fit
-    mean_nT = np.sum([term.field(recording).mean(axis=0) for term in fit.inputs], axis=0)
-    return replace(fit, offset_nT=np.asarray(fit.offset_nT) + mean_nT)
 
 
 def _seen(fits: Mapping[str, Calibration], recording: Recording) -> Array:

@@ -9,9 +9,10 @@ import numpy as np
 from calib import Calibration
 from calib.result import OFFSET_NAMES, STRENGTH_NAME
 from scenarios.arrays import Array
+from validation.assessment.input_fields import moved_rms_deg
 from validation.assessment.level_flight import LevelFlight
 from validation.assessment.policy import ASSESSMENT
-from validation.assessment.posterior import Posterior, SensorDraws
+from validation.assessment.posterior import Posterior, SensorDraws, at_mean_inputs
 
 TURNED = "S_yx"
 """Parameter of fits that determine the sensor's turn in the body."""
@@ -20,9 +21,10 @@ AXES = "xyz"
 
 @dataclass(frozen=True, eq=False)
 class HeadingError:
-    """Rms over all headings of level flight of the heading error that offset and matrix leave, deg.
+    """Rms of the heading error of a calibration over all headings of level flight, deg.
 
-    By true tilt, against the magnetic north of the reference. value : median, low and high : 95 % interval of the
+    By true tilt, against the magnetic north of the reference, with currents and temperature as they were in the log.
+    value : median, low and high : 95 % interval of the
     posterior, drawn_deg (m,). turn_included : whether a yaw misalignment of the sensor is part of the error.
     """
 
@@ -66,7 +68,8 @@ def heading_error(fit: Calibration, posterior: Posterior | None, flight: LevelFl
     turned = TURNED in fit.covariance_names
     if fit.determines_z and posterior is not None and (posterior.model.vector or not turned):
         turned = posterior.model.vector
-        return HeadingError(posterior.drawn.heading_rms_deg(fit, flight, turned=turned), flight, turned)
+        iron = posterior.drawn.heading_rms_deg(at_mean_inputs(fit, posterior.recording), flight, turned=turned)
+        return HeadingError(np.hypot(iron, moved_rms_deg(fit, posterior, flight)), flight, turned)
     if fit.covariance is None:
         return None
     own = _own_flight(fit, flight)

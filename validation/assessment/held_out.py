@@ -17,9 +17,13 @@ from calib.numerics.points import lengths
 from recordings import Recording
 from scenarios.arrays import Array
 from validation.assessment.policy import ASSESSMENT
+from validation.assessment.sensor_model import MOTORS, WARMTH
 from validation.signals.thinning import every_nth
+from validation.text import listed
 
-UseKind = Literal["nothing", "offset", "offset and matrix"]
+IronKind = Literal["nothing", "offset", "offset and matrix"]
+CALLED = {MOTORS: "motor terms", WARMTH: "temperature term"}
+"""Terms of the groups of inputs in words."""
 MOST_SAMPLES = 10_000
 """Samples at most; longer recordings are thinned, since the residual of models depends on the motion."""
 MULTIPLE = 1e-6
@@ -36,17 +40,29 @@ class StrengthRms:
 
 @dataclass(frozen=True)
 class Use:
-    """What predicts held-out legs significantly better than less, and whether more is undecided."""
+    """What predicts held-out legs significantly better than less, and whether more is undecided.
 
-    kind: UseKind
+    terms : groups of inputs, motors and temperature, that a calibrator has chosen by unseen legs.
+    """
+
+    iron: IronKind
     undecided: bool
+    terms: tuple[str, ...] = ()
+
+    @property
+    def kind(self) -> str:
+        """Return all parts in words: "offset, matrix and motor terms"."""
+        parts = [*(() if self.iron == "nothing" else self.iron.split(" and ")), *(CALLED[one] for one in self.terms)]
+        return listed(parts) if self.terms else self.iron
 
     @property
     def sentence(self) -> str:
         """Return the use as a clause."""
-        if self.kind == "nothing":
+        if self.terms:
+            return f"{self.kind} are needed" if self.iron != "nothing" else f"{self.kind} would do"
+        if self.iron == "nothing":
             return "no calibration predicts unseen legs better than the raw measurement"
-        if self.kind == "offset and matrix":
+        if self.iron == "offset and matrix":
             return "offset and matrix are both needed"
         return "whether the matrix helps is undecided" if self.undecided else "the offset alone would do"
 
@@ -104,7 +120,7 @@ class HeldOutLegs:
             return Use("offset and matrix", undecided=False)
         gain = self.raw_nT - self.pair.simpler.rms_nT
         effective = counted(gain[:, None]) if len(gain) >= LEAST_LEGS else 0.0
-        kind: UseKind = "offset" if mean_interval(gain, effective)[0] > 0 else "nothing"
+        kind: IronKind = "offset" if mean_interval(gain, effective)[0] > 0 else "nothing"
         return Use(kind, undecided=self.pair.verdict == "cannot_tell")
 
     def _rms_nT(self, fit: Calibration) -> Array:

@@ -11,6 +11,7 @@ from validation.assessment.causes import Causes
 from validation.assessment.coverage import Coverage
 from validation.assessment.heading_error import TURNED, HeadingError
 from validation.assessment.held_out import LegAgreement
+from validation.assessment.input_fields import unmodelled
 from validation.assessment.policy import ASSESSMENT
 from validation.assessment.posterior import Posterior
 from validation.screening.fault import Fault
@@ -87,7 +88,7 @@ def trust_of(
     """Return the trust: high without a doubt, medium with one, low with more or with a serious one."""
     serious = tuple(_serious(fit, agreement, faults))
     directions = coverage if fit.determines_z else None
-    doubts = (*serious, *_doubts(posterior, agreement, directions, faults))
+    doubts = (*serious, *_doubts(fit, posterior, agreement, directions, faults))
     if serious or len(doubts) > 1:
         return Trust("low", doubts)
     return Trust("medium" if doubts else "high", doubts)
@@ -105,7 +106,11 @@ def _serious(fit: Calibration, agreement: LegAgreement | None, faults: Sequence[
 
 
 def _doubts(
-    posterior: Posterior | None, agreement: LegAgreement | None, coverage: Coverage | None, faults: Sequence[Fault]
+    fit: Calibration,
+    posterior: Posterior | None,
+    agreement: LegAgreement | None,
+    coverage: Coverage | None,
+    faults: Sequence[Fault],
 ) -> Iterator[str]:
     if agreement is None:
         yield "no legs to compare"
@@ -115,13 +120,14 @@ def _doubts(
         missing = f": {listed(coverage.missing)} missing" if coverage.missing else ""
         yield f"the directions cover {100 * coverage.share:.0f} % of the sphere{missing}"
     if posterior is not None:
-        yield from _loose(posterior)
+        yield from _loose(fit, posterior)
     if any(fault.remedy != "left out" and not fault.doubtful for fault in faults):
         yield "the screening found a fault"
 
 
-def _loose(posterior: Posterior) -> Iterator[str]:
+def _loose(fit: Calibration, posterior: Posterior) -> Iterator[str]:
     if not posterior.determined:
         yield "the motion does not determine the matrix"
     if posterior.likeliest.scatter > ASSESSMENT.most_scatter:
         yield "the legs scatter more than white noise"
+    yield from (f"the field of the {name} is not taken off" for name in unmodelled(fit, posterior))

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy as np
 from calib import Calibration, Reference, Status, get
 from calib.held_out.legs import LegPartition, legs_of
 from calib.held_out.models import offset
+from calib.input_terms import InputTerm
 from calib.models.ellipsoid import UPPER
 from recordings import Recording
 from scenarios.arrays import Array
@@ -20,8 +21,8 @@ from validation.assessment.policy import ASSESSMENT
 from validation.assessment.sensor_model import CURVE_TERMS, SensorModel
 from validation.signals.thinning import every_nth
 
-BASE, VECTOR_BASE = "ellipsoid", "vector_least_squares"
-"""Calibrators that the model is linear about."""
+BASE, VECTOR_BASE = ("ellipsoid", "motor_ellipsoid"), ("vector_least_squares", "motor_vector")
+"""Calibrators that the model is linear about: the first that is ok."""
 STEPS = 3
 """Gauss-Newton steps from a sphere where the motion does not determine the ellipsoid."""
 MOST_SAMPLES = 10_000
@@ -34,10 +35,12 @@ LEAST_ROWS = 12
 class Posterior:
     """Mixture of distributions of the parameters of a sensor model, and the squares that it comes from.
 
-    determined : whether the motion determines S; else a prior of ASSESSMENT.soft_iron does.
+    recording : whose rows are in the squares. determined : whether the motion determines S; else a prior of
+    ASSESSMENT.soft_iron does.
     """
 
     model: SensorModel
+    recording: Recording
     squares: LegSquares
     components: tuple[Component, ...]
     legs: LegPartition
@@ -59,12 +62,16 @@ class Posterior:
 
 @dataclass(frozen=True, eq=False)
 class SensorDraws:
-    """Draws of a sensor: offset_nT (m, 3), S (m, 3, 3), and curves (m, 2, 3) of c^2 and c^3, c = S h / scale, nT."""
+    """Draws of a sensor: offset_nT (m, 3), S (m, 3, 3), and curves (m, 2, 3) of c^2 and c^3, c = S h / scale, nT.
+
+    moved_nT (m, q, 3) : fields of the model's signals, for a unit rms change.
+    """
 
     offset_nT: Array
     S: Array
     curves_nT: Array
     curve_scale: float
+    moved_nT: Array = field(default_factory=lambda: np.zeros((1, 0, 3)))
 
     @classmethod
     def of(cls, model: SensorModel, parameters: Array) -> SensorDraws:
@@ -73,7 +80,8 @@ class SensorDraws:
         entries = parameters[:, 3:iron] / model.reference.strength_nT
         S = model.S + np.tensordot(entries, model.slots, 1)
         curves = parameters[:, iron : iron + CURVE_TERMS].reshape(-1, 2, 3)
-        return cls(model.offset_nT + parameters[:, :3], S, curves, model.curve_scale)
+        moved = parameters[:, iron + CURVE_TERMS :].reshape(len(parameters), -1, 3)
+        return cls(model.offset_nT + parameters[:, :3], S, curves, model.curve_scale, moved)
 
     def heading_rms_deg(self, fit: Calibration, flight: LevelFlight, *, turned: bool) -> Array:
         """Return the rms (m,) of a calibration's heading error in level flight, for each draw.
@@ -109,24 +117,37 @@ def posterior_of(
 def _posterior(
     fits: Mapping[str, Calibration], recording: Recording, reference: Reference, flight: LevelFlight, *, vector: bool
 ) -> Posterior | None:
-    name = VECTOR_BASE if vector else BASE
-    fit = fits.get(name) or get(name).fit(recording, reference)
+    plain, driven = VECTOR_BASE if vector else BASE
+    first = fits.get(plain) or get(plain).fit(recording, reference)
+    fit = fits[driven] if first.status.kind != "ok" and driven in fits else first
+    terms = next((one.inputs for one in fits.values() if one.inputs and one.status.kind == "ok"), ())
     recording = fit.used(recording)
     if len(recording) < LEAST_ROWS:
         return None
     if fit.status.kind == "ok":
-        return _about(fit, recording, reference, flight, vector=vector, determined=True)
-    return None if vector else _from_sphere(recording, reference, flight)
+        base = at_mean_inputs(fit, recording)
+        return _about(base, recording, reference, flight, terms, vector=vector, determined=True)
+    return None if vector else _from_sphere(recording, reference, flight, terms)
 
 
-def _from_sphere(recording: Recording, reference: Reference, flight: LevelFlight) -> Posterior | None:
+def at_mean_inputs(fit: Calibration, recording: Recording) -> Calibration:
+    """Return a calibration with the mean field of its inputs in the offset, where the posterior's offset has it."""
+    if not fit.inputs or not fit.has_estimate:
+        return fit
+    mean_nT = np.sum([term.field(recording).mean(axis=0) for term in fit.inputs], axis=0)
+    return replace(fit, offset_nT=np.asarray(fit.offset_nT) + mean_nT)
+
+
+def _from_sphere(
+    recording: Recording, reference: Reference, flight: LevelFlight, terms: Sequence[InputTerm]
+) -> Posterior | None:
     """Return the posterior about a sphere moved on by Gauss-Newton steps, with a prior of S."""
     thin = replace(recording.taken(every_nth(len(recording), MOST_SAMPLES)), att_q=None)
     found = offset(thin, reference).found
     base = _base(reference.strength_nT * found[:3], float(found[3]) * np.eye(3))
     posterior = None
     for _ in range(STEPS):
-        posterior = _about(base, recording, reference, flight, vector=False, determined=False)
+        posterior = _about(base, recording, reference, flight, terms, vector=False, determined=False)
         step = posterior.squares.solved({}).mean
         drawn = SensorDraws.of(posterior.model, step[None])
         if not np.linalg.eigvalsh(drawn.S[0])[0] > 0:
@@ -144,11 +165,12 @@ def _about(
     recording: Recording,
     reference: Reference,
     flight: LevelFlight,
+    terms: Sequence[InputTerm],
     *,
     vector: bool,
     determined: bool,
 ) -> Posterior:
-    model = SensorModel.about(base, recording, reference, vector=vector)
+    model = SensorModel.about(base, recording, reference, terms, vector=vector)
     legs = legs_of(recording)
     firm, centre = (np.zeros(len(model.groups)),) * 2 if determined else _prior(model)
     rows = len(recording) * model.rows_per_sample
@@ -156,7 +178,7 @@ def _about(
     squares = LegSquares(
         model.squares(recording, legs), model.groups, rows, wanted, firm, centre, reference.strength_nT
     )
-    return Posterior(model, squares, mixture(squares), legs, determined)
+    return Posterior(model, recording, squares, mixture(squares), legs, determined)
 
 
 def _prior(model: SensorModel) -> tuple[Array, Array]:

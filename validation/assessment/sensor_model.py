@@ -7,6 +7,7 @@ With attitude and field vector h is known; else |h| = F, and only the misfit alo
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,11 +15,13 @@ from numpy.typing import NDArray
 
 from calib import Calibration, Reference
 from calib.held_out.legs import LegPartition
+from calib.input_terms import InputTerm
 from calib.models.ellipsoid import FULL_SLOTS, SYMMETRIC_SLOTS
+from calib.models.inputs import Kind, input_groups
 from calib.numerics.points import lengths
 from calib.numerics.rates import world_to_body
 from recordings import Recording
-from recordings.channels import THROTTLE
+from recordings.channels import TEMPERATURE
 from scenarios.arrays import Array
 from validation.assessment.policy import ASSESSMENT
 
@@ -44,11 +47,22 @@ class SensorModel:
     signals: tuple[tuple[str, Array], ...]
 
     @classmethod
-    def about(cls, base: Calibration, recording: Recording, reference: Reference, *, vector: bool) -> SensorModel:
-        """Return the model about a calibration, with the currents and the temperature of its recording."""
+    def about(
+        cls,
+        base: Calibration,
+        recording: Recording,
+        reference: Reference,
+        terms: Sequence[InputTerm] = (),
+        *,
+        vector: bool,
+    ) -> SensorModel:
+        """Return the model about a calibration, with the currents and the temperature of its recording.
+
+        terms : of inputs that a calibrator has found, with their lags, in place of the inputs as logged.
+        """
         slots = FULL_SLOTS if vector else SYMMETRIC_SLOTS
         S = np.asarray(np.linalg.inv(base.matrix))
-        return cls(base.offset_nT, S, slots, reference, vector, signals_of(recording))
+        return cls(base.offset_nT, S, slots, reference, vector, signals_of(recording, terms))
 
     @property
     def groups(self) -> tuple[str, ...]:
@@ -108,14 +122,26 @@ class SensorModel:
         return axes, part.mag_nT - self.offset_nT - h @ self.S.T, h
 
 
-def signals_of(recording: Recording) -> tuple[tuple[str, Array], ...]:
-    """Return group and standardised signal (n,) of each motor current, else of the throttle, and of the temperature."""
-    currents = [] if recording.current_A is None else list(recording.current_A.T)
-    if not currents and THROTTLE in recording.channels:
-        currents = [recording.channels[THROTTLE]]
-    warmth = [] if recording.temperature_degC is None else [recording.temperature_degC]
-    named = [*((MOTORS, one) for one in currents), *((WARMTH, one) for one in warmth)]
-    return tuple((name, one) for name, values in named if (one := _standardised(values)) is not None)
+def signals_of(recording: Recording, terms: Sequence[InputTerm] = ()) -> tuple[tuple[str, Array], ...]:
+    """Return group and standardised signal (n,) of the terms, and of inputs in whose group no term is."""
+    found = [(group_of(term.channel), term.moved(recording)) for term in terms]
+    named = {name for name, _ in found}
+    found += [(name, values) for name, values in _logged(recording) if name not in named]
+    return tuple((name, one) for name, values in found if (one := _standardised(values)) is not None)
+
+
+def group_of(channel: str) -> str:
+    """Return the group of an input by its channel."""
+    return WARMTH if channel == TEMPERATURE else MOTORS
+
+
+def _logged(recording: Recording) -> Iterator[tuple[str, Array]]:
+    """Yield group and signal of each motor's current, else of the first other current or command; the temperature."""
+    groups = {one.kind: one for one in reversed(input_groups(recording))}
+    power: tuple[Kind, ...] = ("motors", "battery", "throttle", "outputs")
+    for kind in (next((one for one in power if one in groups), None), "temperature"):
+        for values in groups[kind].signals.T if kind in groups else ():
+            yield WARMTH if kind == "temperature" else MOTORS, values
 
 
 def _standardised(values: Array) -> Array | None:

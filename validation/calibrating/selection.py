@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from calib import CALIBRATORS, Reference, get
 from calib.external import external_method
+from calib.models.inputs import input_groups
 from calib.options import SEPARATOR
 from recordings import Recording
 from scenarios.errors import InputError
@@ -18,8 +19,8 @@ from validation.calibrating.processes import TIME_LIMIT_S
 from validation.calibrating.python_object import ImportedObject, default_name
 from validation.calibrating.registry import REGISTERED, RegisteredObject
 
-USUAL, LEVEL = ("sphere", "ellipsoid"), "planar"
-"""Calibrators of a motion about all axes, and of a level turn."""
+USUAL, LEVEL, DRIVEN = ("sphere", "ellipsoid"), "planar", "motor_ellipsoid"
+"""Calibrators of a motion about all axes, of a level turn, and beside currents, commands or a temperature."""
 OBJECT = re.compile(r"(?:([A-Za-z][\w.-]*)=)?([A-Za-z_][\w.]*:[A-Za-z_][\w.]*)")
 """`module:object`, or `NAME=module:object`."""
 
@@ -49,11 +50,15 @@ def select_calibrators(
 
 
 def usual_calibrators(recording: Recording, reference: Reference) -> tuple[CalibratorEntry, ...]:
-    """Return the calibrators where none is named: USUAL, with planar for a level turn; planar alone for two axes."""
+    """Return the calibrators where none is named: USUAL; planar alone for two axes.
+
+    With planar for a level turn, and with DRIVEN where a logged current, command or temperature varies.
+    """
     if recording.origin.axes == "xy":
         return select_calibrators([LEVEL])
     level = recording.array_mag_nT is None and get(LEVEL).fit(recording, reference).status.kind != "not_applicable"
-    return select_calibrators([*USUAL, *([LEVEL] if level else [])])
+    driven = any(one.varies for one in input_groups(recording))
+    return select_calibrators([*USUAL, *([LEVEL] if level else []), *([DRIVEN] if driven else [])])
 
 
 def select_calibrator(found: object, time_limit_s: float = TIME_LIMIT_S) -> CalibratorEntry:

@@ -112,6 +112,37 @@ def test_currents_that_move_the_field_are_a_cause() -> None:
     assert found.causes.temperature == 0
 
 
+def in_motors_field(seed: int) -> Recording:
+    """A tumbled sensor beside a current of 5 A rms change, whose field is (40, -20, 30) nT an ampere."""
+    recording = tumbled(seed, SOFT, 30.0)
+    current = 8.0 + 5.0 * np.sqrt(2.0) * np.sin(0.2 * recording.time_s)
+    mag = recording.mag_nT + np.outer(current, [40.0, -20.0, 30.0])
+    return replace(recording, mag_nT=mag, current_A=current[:, None])
+
+
+def test_beside_motors_the_ellipsoids_heading_error_has_their_change_in_the_log() -> None:
+    """Error (40 sin psi + 20 cos psi) I / (F cos 60 deg), rms 5 A: 0.378 deg, with S 1 within a few per cent."""
+    found = assessed(in_motors_field(10), "ellipsoid", "motor_ellipsoid")
+    heading = found.calibrations["ellipsoid"].heading
+    assert heading is not None
+    assert heading.value == pytest.approx(np.degrees(5.0 * np.hypot(40.0, 20.0) / np.sqrt(2.0) / (F / 2.0)), rel=0.1)
+    assert "the field of the motors is not taken off" in found.calibrations["ellipsoid"].trust.doubts
+    assert found.recommended == "motor_ellipsoid"
+    assert found.use is not None
+    assert (found.use.kind, found.use.terms) == ("offset, matrix and motor terms", ("motors",))
+    best = found.calibrations["motor_ellipsoid"].heading
+    assert best is not None
+    assert best.high < 0.1
+
+
+def test_inputs_that_move_nothing_change_no_recommendation() -> None:
+    recording = replace(tumbled(11, SOFT), current_A=np.random.default_rng(0).uniform(2.0, 12.0, (1500, 1)))
+    found = assessed(recording, "sphere", "ellipsoid", "motor_ellipsoid")
+    assert found.use is not None
+    assert found.use.kind == "offset and matrix"
+    assert not found.calibrations[found.recommended].fit.inputs
+
+
 def test_half_a_sphere_lacks_a_face() -> None:
     recording = tumbled(7, np.eye(3), n=4000)
     upper = recording.taken(np.asarray(recording.mag_nT[:, 2] > 3000.0))
