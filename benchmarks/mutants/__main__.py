@@ -10,7 +10,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -46,7 +46,8 @@ def main() -> None:
     options.out.touch()
     done = {row["key"]: row for row in map(json.loads, options.out.read_text().splitlines())}
     with tempfile.TemporaryDirectory() as place:
-        bench = Bench.of(Tree.copied(ROOT, Path(place)), options.out.with_suffix(".tests.jsonl"), options.most_cpu)
+        record = options.out.with_suffix(".tests.jsonl")
+        bench = Bench.of(Tree.copied(ROOT, Path(place)), record, options.most_cpu, options.rooms)
         drawn = bench.drawn(options.mutants, options.seed)
         for key, mutant in drawn.items():
             if key not in done or (options.again and done[key]["verdict"] == "survived"):
@@ -62,6 +63,7 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--mutants", type=int, default=150, help="how many")
     parser.add_argument("--seed", type=int, default=1, help="of the draw")
     parser.add_argument("--most-cpu", type=float, default=75.0, help="most seconds of tests for a mutant")
+    parser.add_argument("--rooms", nargs="*", default=(), help="folders such as validation/gates, by their own tests")
     parser.add_argument("--again", action="store_true", help="run survivors again, after a change of the tests")
     parser.add_argument("-o", "--out", type=Path, default=Path("out/mutants.jsonl"), help="file of results")
     return parser.parse_args()
@@ -69,23 +71,27 @@ def _options() -> argparse.Namespace:
 
 @dataclass(frozen=True)
 class Bench:
-    """A copy of the tree with what its tests cover; most_cpu_s: of the tests for one mutant."""
+    """A copy of the tree with what its tests cover; most_cpu_s: of the tests for one mutant; rooms: of the mutants."""
 
     tree: Tree
     cover: Cover
     most_cpu_s: float
+    rooms: tuple[str, ...] = PACKAGES
 
     @classmethod
-    def of(cls, tree: Tree, record: Path, most_cpu_s: float) -> Bench:
-        """With a record of which test runs what; what it lacks is run first."""
+    def of(cls, tree: Tree, record: Path, most_cpu_s: float, rooms: Sequence[str] = ()) -> Bench:
+        """With a record of which test runs what; what it lacks is run first. rooms: default all."""
         imports = Imports.read(tree.root, FOLDERS)
         sources = {path: Source(tree.text(path)) for path in imports.of if not path.startswith("tests/")}
-        files = [path for path in imports.of if Path(path).name.startswith("test_")]
-        return cls(tree, Cover(sources, imports, observed(tree.root, files, record)), most_cpu_s)
+        tested = tuple(f"tests/{room}/" for room in rooms) or ("tests/",)
+        files = [path for path in imports.of if Path(path).name.startswith("test_") and path.startswith(tested)]
+        seen = observed(tree.root, files, record)
+        return cls(tree, Cover(sources, imports, seen), most_cpu_s, tuple(rooms) or PACKAGES)
 
     def drawn(self, count: int, seed: int) -> dict[str, Mutant]:
         """`count` mutants by key, all equally likely; more of them are the same ones and others."""
-        texts = {path: self.tree.text(path) for path in self.cover.sources if path.split("/")[0] in PACKAGES}
+        inside = tuple(f"{room}/" for room in self.rooms)
+        texts = {path: self.tree.text(path) for path in self.cover.sources if path.startswith(inside)}
         pool = [
             mutant
             for path, text in texts.items()
