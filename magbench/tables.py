@@ -63,12 +63,15 @@ def show_comparison(found: Comparison) -> None:
         ]
         rows = []
         for one in answer.calibrators:
-            ends = (short(v) for v in (one.median.value, one.median.low, one.median.high))
+            ends = (short(v) if v < np.inf else "-" for v in (one.median.value, one.median.low, one.median.high))
             better = "" if one is answer.best else str(answer.against(one.calibrator).better)
             rows.append([one.calibrator, *ends, str(one.failures), better])
         ends = (short(v) for v in (answer.uncorrected.value, answer.uncorrected.low, answer.uncorrected.high))
         rows.append([uncorrected_row(answer.best.calibrator), *ends, "", ""])
         show_table(f"{found.title}: {point_title(found.table.points[point])}", heads, rows)
+        for one in answer.calibrators:
+            if one.reason:
+                show_text(f"{one.calibrator} failed in {one.failures} of {answer.trials}: {one.reason}")
     show_text(found.answers[0].cost + "\n")
 
 

@@ -74,11 +74,22 @@ def write_baseline(
 
 
 @in_keywords()
-def propose_gates(comparison: str | PathLike[str], file: str | PathLike[str]) -> list[str]:
+def propose_gates(
+    comparison: str | PathLike[str],
+    file: str | PathLike[str],
+    *,
+    warn: Callable[[str], object] = lambda text: None,
+) -> list[str]:
     """Write a file of gates with limits from the directory of a comparison; returns the names of the gates.
 
-    Raises InputError for a directory without a comparison, and for a file that exists.
+    warn : gets a line about each calibrator that no gate can guard, which is left out, and why.
+
+    Raises InputError for a directory without a comparison, for a file that exists, and where no gate would guard
+    anything.
     """
     from reports.outputs.gates import propose_gates as write_proposal
 
-    return write_proposal(path_of(comparison), Path(file))
+    found = write_proposal(path_of(comparison), Path(file))
+    for name, why in found.left_out.items():
+        warn(f"no gate for {name}: {why}")
+    return list(found.gates)

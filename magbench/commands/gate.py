@@ -89,13 +89,18 @@ def command(
 
 def _propose(comparison: Path, file: Path, json: bool) -> None:
     """Write a file of gates from a comparison."""
-    from magbench.api.gate import propose_gates
-    from magbench.console import emit, say
+    from magbench.console import emit, say, warn
+    from reports.outputs.gates import propose_gates
+    from validation.text import counted, listed
 
-    names = propose_gates(comparison, file)
-    say(f"{file}: {len(names)} gates; read what each costs, then: magbench gate {file}")
+    found = propose_gates(comparison, file)
+    for name, why in found.left_out.items():
+        warn(f"no gate for {name}: {why}")
+    written = listed([str(path) for path in found.files])
+    say(f"{written}: {counted(len(found.gates), 'gate')}; read what each costs, then: magbench gate {file}")
     if json:
-        emit({"gates": names, "out": str(file)})
+        plain = {"gates": found.gates, "left_out": found.left_out, "files": [str(path) for path in found.files]}
+        emit(plain | {"out": str(file)})
 
 
 def _show(found: GateResult, place: Path, gates: Path, json: bool) -> None:

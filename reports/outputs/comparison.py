@@ -207,6 +207,7 @@ def _row(comparison: Comparison, one: ScoreStatistic) -> dict[str, Any]:
         "low": one.found.low,
         "high": one.found.high,
         "failures": one.failures,
+        "reason": one.reason,
         "trials": one.trials,
         "bound_ratio": bound_ratio(values, least),
         "reference_ratio": ratio,

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -19,7 +20,8 @@ from validation.gates.gate_file import load_gates
 from validation.gates.gate_groups import GateGroup
 from validation.gates.gate_journal import open_gate_journal
 from validation.gates.gate_outcome import GateOutcome
-from validation.gates.proposal import FinishedComparison, gate_proposals, gates_toml
+from validation.gates.proposal import gate_proposals
+from validation.gates.proposal_file import FinishedComparison, gates_toml
 from validation.gates.runner import Progress, decide_gates, record_scores
 from validation.gates.score_baseline import check_place, write_baseline
 from validation.gates.summary import full_summary
@@ -75,20 +77,38 @@ def record_baseline(
     return sum(part.num_rows for part in parts)
 
 
-def propose_gates(comparison: Path, file: Path) -> list[str]:
-    """Write a gate file proposed from a comparison's directory; return the names of the gates.
+@dataclass(frozen=True)
+class ProposalFiles:
+    """The files of proposed gates, names of the gates, and why calibrators are left out, by name."""
+
+    files: tuple[Path, ...]
+    gates: tuple[str, ...]
+    left_out: Mapping[str, str]
+
+
+def propose_gates(comparison: Path, file: Path) -> ProposalFiles:
+    """Write a gate file proposed from a comparison's directory.
 
     The gates limit the score that ranked the comparison. A scenario outside the catalogue is written beside the file.
-    Raises InputError where the file exists, for a directory without comparison, and where the system refuses to write.
+    Raises InputError where a file exists, for a directory without comparison, where no gate would guard anything, and
+    where the system refuses to write.
     """
-    if file.exists():
-        raise InputError("is there already", where=str(file), do="name another file with -o, or remove it")
     compared, score = FinishedComparison.read(comparison), score_definition(_ranked_by(comparison / ANSWER))
     found = gate_proposals(compared.table, score)
+    texts = {file: gates_toml(compared, found, score)}
     if not compared.of_the_catalogue:
-        write_text(file.parent / f"{compared.scenario.name}.toml", to_toml(compared.scenario))
-    write_text(file, gates_toml(compared, found, score))
-    return [gate.name for gate in load_gates(file).gate]
+        texts[file.parent / f"{compared.scenario.name}.toml"] = to_toml(compared.scenario)
+    for path in texts:
+        _check_absent(path, texts[path])
+    for path, text in texts.items():
+        write_text(path, text)
+    return ProposalFiles(tuple(texts), tuple(gate.name for gate in load_gates(file).gate), found.left_out)
+
+
+def _check_absent(path: Path, text: str) -> None:
+    """Refuse to replace a file of another content; raises InputError."""
+    if path.exists() and (path.is_dir() or path.read_bytes() != text.encode()):
+        raise InputError("is there already", where=str(path), do="name another file with -o, or remove it")
 
 
 def _ranked_by(answer: Path) -> str:

@@ -29,7 +29,7 @@ def gate_rows(outcomes: Sequence[GateOutcome]) -> list[tuple[str, ...]]:
         (
             one.plan.gate.name,
             f"{MARKS[one.verdict]} {one.verdict}",
-            value_with_unit(one, one.measured) if np.isfinite(one.measured) else "no estimate",
+            value_with_unit(one, one.measured) if np.isfinite(one.measured) else "no value",
             value_with_unit(one, one.plan.gate.factor),
             str(one.decision.trials),
             _defect(one),
@@ -46,7 +46,7 @@ def sentence(outcome: GateOutcome) -> str:
     limit, trials = value_with_unit(outcome, gate.factor), counted(outcome.decision.trials, "trial")
     text = f"{quantile} {gate.score_definition.name} {measured}, the limit {limit}, exceeded in {k} of {trials}"
     if outcome.failures:
-        text += f" (no estimate in {outcome.failures.total()}, for instance {outcome.failure})"
+        text += f" (failed in {outcome.failures.total()}, for instance {outcome.failure})"
     return text
 
 

@@ -15,6 +15,10 @@ from validation.scoring.definitions import ScoreDefinition
 from validation.scoring.evaluation import UNCORRECTED
 from validation.text import counted, figure, listed
 
+LONGEST_REASON = 120
+"""Characters of a failure's reason in a sentence; the table holds the whole reason."""
+MOST_NAMED = 5
+"""Largest number of failing calibrators that a sentence names."""
 MOST_FAILED = 0.5
 """Share of failed trials above which a calibrator ranks behind all others, whatever the score."""
 
@@ -75,16 +79,28 @@ class Ranking:
     @property
     def sentence(self) -> str:
         """The recommendation in a sentence."""
+        between = ": " if self.best.place[0] else "; "
+        return between.join(filter(None, (self._recommended(), self._failing())))
+
+    def _recommended(self) -> str:
         best, n = self.best, self.trials
         if best.place[0]:
-            why = f": {best.reason}" if best.reason else ""
-            return f"none can be used here: {best.calibrator} fails in {best.failures} of {n} trials{why}"
+            return "none can be used here"
         if not best.median.value < self.uncorrected.value:
             left = f"{self._with_ends(best.median)}, without correction {self._with_ends(self.uncorrected)}"
             return f"use none of them: {best.calibrator} leaves {left} {self.score.setting}"
         return f"use {self._names()}: {self._with_ends(best.median)} {self.score.setting}, {self._compared()}; " + (
             f"fails in {best.failures} of {n}"
         )
+
+    def _failing(self) -> str:
+        """Return the failures and the first message of each calibrator that fails in most trials."""
+        mostly = [one for one in self.calibrators if one.place[0]]
+        named = [
+            f"{one.calibrator} fails in {one.failures} of {self.trials} trials{quoted(one.reason)}" for one in mostly
+        ]
+        more = [f"{len(mostly) - MOST_NAMED} more fail in most"] if len(mostly) > MOST_NAMED else []
+        return "; ".join(named[:MOST_NAMED] + more)
 
     def _names(self) -> str:
         names = [self.best.calibrator, *self.rivals]
@@ -123,10 +139,23 @@ def uncorrected_row(name: str) -> str:
 
 
 def _ranked(table: TrialTable, name: str, values: Array, point: int) -> RankedCalibrator:
+    failures = int(table.failed(name, point).sum())
+    reason = frequent_reason(table, name, point)
+    return RankedCalibrator(name, median(values), failures, rate(failures, len(values)), reason)
+
+
+def frequent_reason(table: TrialTable, name: str, point: int = 0) -> str:
+    """Return the most frequent reason of a calibrator's failures at a point, "" without any."""
     failed = table.failed(name, point)
     reasons = Counter(text for text, bad in zip(table.texts("reason", name, point), failed, strict=True) if bad)
-    failures, (reason, _) = int(failed.sum()), next(iter(reasons.most_common(1)), ("", 0))
-    return RankedCalibrator(name, median(values), failures, rate(failures, len(values)), reason)
+    return next((text for text, _ in reasons.most_common(1)), "")
+
+
+def quoted(reason: str) -> str:
+    """Return a reason for the end of a sentence, cut to LONGEST_REASON characters."""
+    words = " ".join(reason.split())
+    short = words if len(words) <= LONGEST_REASON else f"{words[: LONGEST_REASON + 1].rpartition(' ')[0]} ..."
+    return f": {short}" if short else ""
 
 
 def overall_sentence(answers: Sequence[Ranking], points: Sequence[str]) -> str:

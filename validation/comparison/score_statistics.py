@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from scenarios.arrays import Array
-from validation.comparison.ranking import uncorrected_row
+from validation.comparison.ranking import frequent_reason, uncorrected_row
 from validation.comparison.statistics import Interval, mean_square, median, rate
 from validation.comparison.trial_table import TrialTable
 from validation.scoring.definitions import SCORE_DEFINITIONS, ScoreDefinition
@@ -22,7 +22,8 @@ class ScoreStatistic:
     """Statistic of a score of a calibrator at a point.
 
     found : median with interval; for claims the rate or the mean. ratio : median of score / reference score, trial by
-    trial, None without a reference. failures : number of trials with a status other than "ok".
+    trial, None without a reference. failures : number of trials with a status other than "ok"; reason : their most
+    frequent reason.
     """
 
     point: int
@@ -31,27 +32,26 @@ class ScoreStatistic:
     found: Interval
     ratio: Interval | None
     failures: int
+    reason: str
     trials: int
 
 
 def score_statistics(table: TrialTable, reference: str | None = None) -> Iterator[ScoreStatistic]:
-    """Yield the statistics of all points, calibrators and scores; reference : the calibrator of the ratios."""
+    """Yield the statistics of all points, calibrators and scores; reference : the calibrator of the ratios.
+
+    A score that a calibrator gives in no trial is left out, but not where the calibrator gives none: every error is
+    infinite then, so that no calibrator is missing.
+    """
     scores = [one for one in SCORE_DEFINITIONS.values() if one.column in table.scores]
     for point in table.points:
         for name in table.calibrators:
-            failures = int(table.failed(name, point).sum())
-            for score in scores:
-                values = table.values(score.column, name, point)
-                held = np.isfinite(values)
-                if held.any():
-                    ratio = (
-                        None
-                        if reference is None
-                        else _ratio(table, score, values, reference_row(reference, name), point)
-                    )
-                    yield ScoreStatistic(
-                        point, name, score, _found(score, values[held], values), ratio, failures, len(values)
-                    )
+            values = {score: table.values(score.column, name, point) for score in scores}
+            given = [score for score in scores if np.isfinite(values[score]).any()]
+            failures, reason = int(table.failed(name, point).sum()), frequent_reason(table, name, point)
+            for score in given or [one for one in scores if one.lower]:
+                ratio = None if reference is None else _ratio(table, score, values[score], reference, name, point)
+                found = _found(score, values[score])
+                yield ScoreStatistic(point, name, score, found, ratio, failures, reason, len(values[score]))
 
 
 def reference_row(reference: str, name: str) -> str:
@@ -59,8 +59,9 @@ def reference_row(reference: str, name: str) -> str:
     return uncorrected_row(name).replace(uncorrected_row(""), reference, 1)
 
 
-def _found(score: ScoreDefinition, held: Array, values: Array) -> Interval:
+def _found(score: ScoreDefinition, values: Array) -> Interval:
     """Return the rate or mean of a claim over trials with a claim, else the median over all trials."""
+    held = values[np.isfinite(values)]
     if score is CLAIMED_INSIDE:
         return rate(int(held.sum()), len(held))
     if score is CLAIMED_SQUARE:
@@ -68,11 +69,13 @@ def _found(score: ScoreDefinition, held: Array, values: Array) -> Interval:
     return median(values)
 
 
-def _ratio(table: TrialTable, score: ScoreDefinition, values: Array, reference: str, point: int) -> Interval | None:
+def _ratio(
+    table: TrialTable, score: ScoreDefinition, values: Array, reference: str, name: str, point: int
+) -> Interval | None:
     """Return the median ratio to the reference; None for a score that is no error, or a reference without values."""
     if not score.lower:
         return None
-    others = table.values(score.column, reference, point)
+    others = table.values(score.column, reference_row(reference, name), point)
     if not (np.isfinite(others) & (others > 0)).all():
         return None
     return median(values / others)

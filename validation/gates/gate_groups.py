@@ -25,7 +25,7 @@ from validation.gates.gate_plan import plan_gate
 from validation.gates.score_baseline import read_baseline
 from validation.scoring.evaluation import UNCORRECTED
 
-NO_LIMIT = "no limit: the reference gives no estimate"
+NO_LIMIT = "no limit: the reference fails"
 
 
 @dataclass(frozen=True)
@@ -77,10 +77,11 @@ class GateGroup:
 
 
 def gate_score(row: TrialRow, gate: Gate) -> float:
-    """Return the score of a gate in a trial's row, infinite where missing."""
+    """Return the score of a gate in a trial's row; infinite where missing, and for a status other than "ok"."""
+    failed = row.status != "ok"
     if gate.score_definition.name == FAILURE:
-        return float(row.status != "ok")
-    return row.scores.get(gate.score_definition.column, math.inf)
+        return float(failed)
+    return math.inf if failed else row.scores.get(gate.score_definition.column, math.inf)
 
 
 def group_gates(

@@ -18,7 +18,7 @@ from validation.gates.sequential import Decision, Verdict, decide
 class GateTrial:
     """Score of a trial for a gate.
 
-    score : infinite without an estimate, with the reason in `failure`. reference_score : the score that multiplies the
+    score : infinite in a failed trial, with the reason in `failure`. reference_score : the score that multiplies the
     limit, 1 for a limit in the unit of the score.
     """
 
@@ -42,7 +42,7 @@ class GateProgress:
         return self.decided or len(self.trials) >= self.plan.max_trials
 
     def add(self, trial: GateTrial) -> None:
-        """Add a trial and test for a decision; a trial without an estimate or a finite limit exceeds."""
+        """Add a trial and test for a decision; a failed trial, and a trial without a finite limit, exceed."""
         self.trials.append(trial)
         limit = self.plan.gate.factor * trial.reference_score
         within = np.isfinite(trial.score) and np.isfinite(limit) and trial.score <= limit
@@ -79,19 +79,19 @@ class GateOutcome:
 
     @cached_property
     def values(self) -> Array:
-        """Values compared with the limit (n,): score / reference score, infinite without an estimate."""
+        """Values compared with the limit (n,): score / reference score, infinite in a failed trial."""
         with np.errstate(all="ignore"):
             ratios = self.scores / self.reference_scores
         return np.where(np.isfinite(self.scores), np.nan_to_num(ratios, nan=1.0, posinf=np.inf), np.inf)
 
     @property
     def failure(self) -> str:
-        """Most frequent reason of a missing estimate, "" where every trial gave an estimate."""
+        """Most frequent reason of a failed trial, "" where none failed."""
         return next((text for text, _ in self.failures.most_common(1)), "")
 
     @property
     def measured(self) -> float:
-        """The gate's quantile of the values; infinite where too many trials gave no estimate."""
+        """The gate's quantile of the values; infinite where too many trials failed."""
         return float(np.quantile(self.values, self.plan.gate.quantile, method="higher"))
 
     @cached_property

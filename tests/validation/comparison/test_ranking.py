@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.validation.comparison.example import table_of
-from validation.comparison.ranking import overall_sentence, rank_calibrators
+from validation.comparison.ranking import overall_sentence, quoted, rank_calibrators
 from validation.scoring.definitions import SCORE_DEFINITIONS
 
 SCORE = SCORE_DEFINITIONS["offset_error"]
@@ -45,7 +45,18 @@ def test_one_that_mostly_fails_is_last_whatever_its_score():
 def test_where_all_fail_none_is_named():
     nothing = np.full(N, np.inf)
     found = rank_calibrators(table_of({"a": nothing, "b": nothing, "uncorrected": RAW}), SCORE)
-    assert found.sentence == "none can be used here: a fails in 100 of 100 trials: it broke down"
+    failing = [f"{name} fails in 100 of 100 trials: it broke down" for name in "ab"]
+    assert found.sentence == f"none can be used here: {'; '.join(failing)}"
+
+
+def test_one_that_fails_in_most_trials_is_named_beside_the_recommendation():
+    found = rank_calibrators(table_of({"good": GOOD, "crash": np.full(N, np.inf), "uncorrected": RAW}), SCORE)
+    assert found.sentence.startswith("use good: ")
+    assert found.sentence.endswith("; fails in 0 of 100; crash fails in 100 of 100 trials: it broke down")
+    many = {f"crash{k}": np.full(N, np.inf) for k in range(9)}
+    found = rank_calibrators(table_of({"good": GOOD, **many, "uncorrected": RAW}), SCORE)
+    assert found.sentence.endswith("it broke down; 4 more fail in most")
+    assert quoted("ab\n" * 1000) == ": " + "ab " * 40 + "..."
 
 
 def test_a_calibration_that_makes_it_worse_is_not_recommended():

@@ -33,6 +33,13 @@ def test_half_without_estimate_is_an_infinite_median():
     assert next(score_statistics(table)).found.value == np.inf
 
 
+def test_a_calibrator_without_any_estimate_has_a_row_with_its_failures_and_their_reason():
+    table = table_of({"crash": np.full(9, np.inf), "good": np.ones(9), "uncorrected": np.ones(9)})
+    crash, good, _ = score_statistics(table, "good")
+    assert (crash.calibrator, crash.found.value, crash.failures, crash.reason) == ("crash", np.inf, 9, "it broke down")
+    assert (good.failures, good.reason) == (0, "")
+
+
 def test_the_reference_of_an_arrays_sensor_is_that_sensors():
     assert reference_row("ellipsoid", "sphere@3") == "ellipsoid@3"
     assert reference_row("ellipsoid", "sphere") == "ellipsoid"

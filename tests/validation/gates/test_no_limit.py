@@ -17,8 +17,16 @@ def test_a_reference_that_never_answers_lets_nothing_pass(answers: int | None, g
 
     def told(group: int, run: int) -> list:  # type: ignore[type-arg]
         answered = answers is None or run < answers
-        return [row("ellipsoid", 1.0), row("sphere", 1.0 if answered else None, "not converged", "no data")]
+        return [row("ellipsoid", 1.0), row("sphere", *((1.0,) if answered else (None, "not converged", "no data")))]
 
     (outcome,) = decide_gates(groups, Scripted(told))
     assert outcome.verdict == ("pass" if answers is None else "fail")
     assert outcome.failure == ("" if answers is None else NO_LIMIT)
+
+
+def test_an_estimate_that_its_method_takes_back_exceeds_every_limit(groups_of: Callable) -> None:  # type: ignore[type-arg]
+    groups = groups_of(gate_text("loose", limit=1e9), gate_text("paired", "sphere", ratio=1e9, reference="ellipsoid"))
+    told = [row("ellipsoid", 1.0, "unobservable", "too level"), row("sphere", 1.0)]
+    loose, paired = decide_gates(groups, Scripted(lambda group, run: told))
+    assert (loose.verdict, loose.failure) == ("fail", "unobservable: too level")
+    assert (paired.verdict, paired.failure) == ("fail", NO_LIMIT)
