@@ -21,6 +21,7 @@ FEWEST = 3
 """Messages of which a channel is made."""
 OWN = {
     "inertial unit": r"IMU\.((Gyr|Acc)[XYZ]|T|Temp)",
+    "barometer": r"BARO\.Temp",
     "battery current": r"(BAT|CURR)\.Curr",
     "battery voltage": r"(BAT|CURR)\.Volt",
     "throttle": r"CTUN\.(ThO|ThrOut)",

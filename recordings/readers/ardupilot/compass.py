@@ -50,21 +50,25 @@ class CompassCalibration:
     """field = M s (R raw + o) + k p, in mG, body frame FRD [ArduPilot: AP_Compass_Backend.cpp, correct_field].
 
     R raw is the field in the body frame before any calibration, o the offset, s the scale, M the symmetric matrix of
-    soft iron, k p the motors' term, which the autopilot adds last (before M in older firmware).
+    soft iron, k p the motors' term, which the autopilot adds last; firmware before that of COMPASS_PMOT adds the term
+    to the offset: field = M s (R raw + o + k p).
 
     Parameters
     ----------
     compass : its number in the parameters, from 1. offset_mG : o (3,). matrix : M s (3, 3).
+    motors_first : whether the motors' term comes before M.
     """
 
     compass: int
     offset_mG: Array = field(default_factory=lambda: np.zeros(3))
     matrix: Array = field(default_factory=lambda: np.eye(3))
+    motors_first: bool = False
 
     def raw_mG(self, field_mG: Array, motor_mG: Array, offset_mG: Array | None = None) -> Array:
         """Return R raw = (M s)^-1 (field - k p) - o of fields (n, 3); offsets (n, 3) where o changed on the way."""
         offset = self.offset_mG if offset_mG is None else offset_mG
-        return np.asarray(np.linalg.solve(self.matrix, (field_mG - motor_mG).T).T - offset)
+        before, after = (motor_mG, 0.0) if self.motors_first else (0.0, motor_mG)
+        return np.asarray(np.linalg.solve(self.matrix, (field_mG - after).T).T - offset - before)
 
     def applied(self, parameters: Mapping[str, float]) -> AppliedCalibration:
         """Return the calibration as h = matrix (m - offset), FLU, nT; what the autopilot adds is our offset's minus."""
@@ -73,7 +77,7 @@ class CompassCalibration:
         return AppliedCalibration(ARDUPILOT, self.compass, offset_nT, turn @ self.matrix @ turn, parameters)
 
 
-def compass_calibration(parameters: Parameters, compass: int) -> CompassCalibration:
+def compass_calibration(parameters: Parameters, compass: int, *, motors_first: bool = False) -> CompassCalibration:
     """Return the calibration that the parameters give; a matrix that is none of a compass counts as not set."""
     own = suffix(compass)
     diagonal, mixed = parameters.vector(f"COMPASS_DIA{own}"), parameters.vector(f"COMPASS_ODI{own}")
@@ -83,7 +87,7 @@ def compass_calibration(parameters: Parameters, compass: int) -> CompassCalibrat
     matrix = np.diag(diagonal) + np.array([[0, xy, xz], [xy, 0, yz], [xz, yz, 0]]) if diagonal.any() else np.eye(3)
     if not is_soft_iron(matrix):
         matrix = np.eye(3)
-    return CompassCalibration(compass, parameters.vector(f"COMPASS_OFS{own}"), scale * matrix)
+    return CompassCalibration(compass, parameters.vector(f"COMPASS_OFS{own}"), scale * matrix, motors_first)
 
 
 def is_soft_iron(matrix: Array) -> bool:

@@ -34,7 +34,7 @@ BLOCK = 1 << 22
 """Bytes that are searched for messages at a time."""
 MOST_DEFINITIONS = 1 << 14
 """Messages of layouts that are looked at: logs hold some hundreds."""
-_NAME, _LABEL = re.compile(r"[A-Z0-9]{1,4}"), re.compile(r"\w+", re.ASCII)
+_NAME, _LABEL = re.compile(r"\w{1,4}", re.ASCII), re.compile(r"\w+", re.ASCII)
 
 
 @dataclass(frozen=True, eq=False)

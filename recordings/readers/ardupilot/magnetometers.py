@@ -18,8 +18,12 @@ from recordings.readers.ardupilot.compass import (
     own_parameters,
     suffix,
 )
+from recordings.readers.ardupilot.in_force import STEP_MG, AppliedInLog
 from recordings.readers.ardupilot.messages import Dataflash, Messages
+from recordings.readers.ardupilot.motor_term import motors_come_first
 from recordings.readers.ardupilot.parameters import Parameters
+from recordings.readers.ardupilot.power import drive_of
+from recordings.readers.ardupilot.vehicle import firmware_of
 from recordings.readers.vehicle_log import vector_columns
 from recordings.streams import Stream
 from scenarios.arrays import Array
@@ -31,8 +35,6 @@ SAMPLE_TIME, TURN = "S", 2.0**32
 """The time of the sample in us, and where its 32 bits begin again."""
 LATEST_WRITING_S = 1.0
 """A sample that seems to be written later than this after its time has a wrong time, and gets the time of writing."""
-STEP_MG = 1.0
-"""Steps of the logged field."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,12 +51,13 @@ def compasses_of(log: Dataflash, parameters: Parameters) -> dict[str, Compass]:
     logged = {place: rows for place, rows in log.instances("MAG").items() if place + 1 in COMPASSES}
     found = {place: rows for place, rows in logged.items() if _measures(rows)}
     numbers = {place: compass_of(parameters, place) for place in found}
-    ordered = sorted(found, key=lambda place: (not parameters.get(_used(numbers[place]), 1.0), place))
+    ordered = sorted(found, key=lambda place: (not is_used(parameters, place), place))
     return {str(place + 1): _compass(log, found[place], parameters, numbers[place]) for place in ordered}
 
 
-def _used(compass: int) -> str:
-    return f"COMPASS_USE{suffix(compass)}"
+def is_used(parameters: Parameters, place: int) -> bool:
+    """Whether the autopilot navigates by the compass at a place in its order of priority, which COMPASS_USE counts."""
+    return bool(parameters.get(f"COMPASS_USE{suffix(place + 1)}", 1.0))
 
 
 def _measures(rows: Messages) -> bool:
@@ -63,18 +66,25 @@ def _measures(rows: Messages) -> bool:
 
 
 def _compass(log: Dataflash, rows: Messages, parameters: Parameters, number: int) -> Compass:
-    healthy = rows.numbers("Health") != 0 if "Health" in rows else np.ones(len(rows), np.bool_)
-    lost = int(np.sum(~healthy))
-    notes = [f"{lost} of {len(rows)} samples left out: the autopilot calls the compass unhealthy there"] if lost else []
-    rows = rows.where(healthy)
-    field_mG, motor_mG = whole_steps(rows, FIELD), _motor_term(rows)
+    rows, notes = _sound(rows)
+    field_mG = whole_steps(rows, FIELD)
     if number in COMPASSES and any(name in parameters for name in calibration_names(number)):
-        raw_mG, told = _undone(log, rows, parameters, number, field_mG, motor_mG)
+        raw_mG, told = _undone(log, rows, parameters, number, field_mG)
         applied = compass_calibration(parameters, number).applied(own_parameters(parameters, number))
     else:
         raw_mG, told, applied = field_mG, [_nothing(rows, number)], None
     columns = vector_columns("mag", flu_from_frd(raw_mG) * MILLIGAUSS_NT)
     return Compass(Stream(sample_times_s(log, rows), columns), applied, (*notes, *told))
+
+
+def _sound(rows: Messages) -> tuple[Messages, list[str]]:
+    """Return the messages of a healthy compass with a field, and a line for each kind that is left out."""
+    healthy = rows.numbers("Health") != 0 if "Health" in rows else np.ones(len(rows), np.bool_)
+    finite = np.isfinite(rows.vector(*FIELD)).all(axis=1)
+    lost, empty = int(np.sum(~healthy)), int(np.sum(healthy & ~finite))
+    notes = [f"{lost} of {len(rows)} samples left out: the autopilot calls the compass unhealthy there"] if lost else []
+    notes += [f"{empty} of {len(rows)} samples left out: they hold no number"] if empty else []
+    return rows.where(healthy & finite), notes
 
 
 def whole_steps(rows: Messages, fields: Sequence[str]) -> Array:
@@ -95,54 +105,47 @@ def sample_times_s(log: Dataflash, rows: Messages) -> Array:
     return np.where(age_s <= LATEST_WRITING_S, written_s - age_s, written_s)
 
 
-def _motor_term(rows: Messages) -> Array:
-    """Return the motors' term k p that the autopilot added, mG (n, 3)."""
+def _motor_term(log: Dataflash, rows: Messages, parameters: Parameters, number: int) -> tuple[Array, str, str]:
+    """Return the motors' term k p that the autopilot added, mG (n, 3), its name, and a line where it is not known."""
     names = next((names for names in MOTOR if all(name in rows for name in names)), None)
-    return np.zeros((len(rows), 3)) if names is None else whole_steps(rows, names)
+    if names:
+        return whole_steps(rows, names), f"the motors' term {', '.join(names)}", ""
+    drive = drive_of(log, parameters, firmware_of(log)[0])
+    term_mG, lacking = AppliedInLog(parameters, number, log.times_s(rows)).motor_term(drive)
+    return term_mG, "the motors' term by its parameters", lacking
 
 
 def _undone(
-    log: Dataflash, rows: Messages, parameters: Parameters, number: int, field_mG: Array, motor_mG: Array
+    log: Dataflash, rows: Messages, parameters: Parameters, number: int, field_mG: Array
 ) -> tuple[Array, list[str]]:
-    """Return the field before calibration, mG (n, 3), undone with the parameters in force at each time; and notes."""
-    names, times_s = calibration_names(number), log.times_s(rows)
-    changes_s = parameters.changes_s(names)
-    piece = np.searchsorted(changes_s, times_s, "right")
-    raw_mG, learned = np.empty_like(field_mG), np.zeros(len(rows), np.bool_)
-    for k in np.unique(piece):
-        here = piece == k
-        calibration = compass_calibration(parameters.at([-np.inf, *changes_s][k], names), number)
-        offset_mG, learned[here] = _offsets(rows.where(here), calibration.offset_mG)
-        raw_mG[here] = calibration.raw_mG(field_mG[here], motor_mG[here], offset_mG)
-    notes = [told_undone(parameters.last, number, bool(motor_mG.any()))]
-    if len(np.unique(piece)) > 1:
-        notes.append(
-            f"compass {number}: its calibration changed in the log ({len(changes_s)} times): undone piece by piece"
-        )
+    """Return the field before calibration, mG (n, 3), and notes."""
+    motor_mG, of_motors, lacking = _motor_term(log, rows, parameters, number)
+    first = motors_come_first(parameters, *firmware_of(log), old_names=MOTOR[1][0] in rows)
+    applied = AppliedInLog(parameters, number, log.times_s(rows), motors_first=first)
+    raw_mG, learned = applied.undone(field_mG, motor_mG, _logged_offsets(rows))
+    notes = [told_undone(parameters.last, number, of_motors if motor_mG.any() else "")]
+    notes += [lacking] if lacking else []
+    notes += applied.notes
     if learned.any():
         share = f"{np.count_nonzero(learned)} of {len(rows)} samples"
         notes.append(f"compass {number}: {share} have other offsets than the parameters; those logged are undone")
     return raw_mG, notes
 
 
-def _offsets(rows: Messages, stated_mG: Array) -> tuple[Array, Array]:
-    """Return the offsets of each sample (n, 3), and where (n,) they differ from the stated offsets.
+def _logged_offsets(rows: Messages) -> Array | None:
+    """Return the offsets that each message gives, mG (n, 3); None without, or where they are zero throughout."""
+    logged = rows.vector(*OFFSET) if all(name in rows for name in OFFSET) else np.zeros((0, 3))
+    return whole_steps(rows, OFFSET) if logged.any() else None
 
-    Logged offsets are cut to whole mG; where they fit the parameter, the parameter is the finer value.
+
+def told_undone(last: Mapping[str, float], number: int, motors: str = "") -> str:
+    """Return the line that says what was undone, with the parameters that differ from a compass without calibration.
+
+    motors : what the motors' term was taken from, "" without such a term.
     """
-    stated = np.tile(stated_mG, (len(rows), 1))
-    if not all(name in rows for name in OFFSET):
-        return stated, np.zeros(len(rows), np.bool_)
-    logged = rows.vector(*OFFSET)
-    other = np.any(np.abs(logged - stated) >= STEP_MG, axis=1)
-    return np.where(other[:, None], whole_steps(rows, OFFSET), stated), other
-
-
-def told_undone(last: Mapping[str, float], number: int, motors: bool) -> str:
-    """Return the line that says what was undone, with the parameters that differ from a compass without calibration."""
     neutral = {name: 1.0 if "_DIA" in name else 0.0 for name in calibration_names(number)}
     values = [f"{name} {last[name]:.4g}" for name, value in neutral.items() if last.get(name, value) != value]
-    values += ["the motors' term MOX, MOY, MOZ"] if motors else []
+    values += [motors] if motors else []
     if not values:
         return f"ArduPilot's calibration of compass {number}: nothing to undo"
     return f"ArduPilot's calibration of compass {number} undone ({', '.join(values)})"

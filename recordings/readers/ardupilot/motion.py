@@ -30,12 +30,14 @@ UNIT_NORM = 0.1
 """A quaternion whose norm is farther from 1 is damaged."""
 RATE, FORCE = ("GyrX", "GyrY", "GyrZ"), ("AccX", "AccY", "AccZ")
 IMU_TEMPERATURE = ("T", "Temp")
+CENTIDEGREE = 0.01
+"""Degrees of a count, where a log gives whole numbers in place of the format's hundredths."""
 COMPASS_AS_YAW = (1.0, 3.0)
 """EK3_SRC1_YAW: 1 the compass, 3 satellites with the compass in reserve."""
 
 
 def imu_stream(log: Dataflash) -> dict[str, Stream]:
-    """Return rates and specific force of the first inertial unit, with its temperature."""
+    """Return rates and specific force of the first inertial unit, and its temperature or else the barometer's."""
     found = log.instances("IMU")
     rows = found[min(found)] if found else None
     if rows is None or not all(name in rows for name in RATE + FORCE):
@@ -43,8 +45,19 @@ def imu_stream(log: Dataflash) -> dict[str, Stream]:
     columns = vector_columns("gyro", flu_from_frd(rows.vector(*RATE)))
     columns |= vector_columns("accel", flu_from_frd(rows.vector(*FORCE)))
     warm = next((name for name in IMU_TEMPERATURE if name in rows), None)
-    columns |= {TEMPERATURE: rows.numbers(warm)} if warm and rows.numbers(warm).any() else {}
-    return {"inertial unit": Stream(log.times_s(rows), columns)}
+    measured = bool(warm and rows.numbers(warm).any())
+    columns |= {TEMPERATURE: rows.numbers(warm)} if warm and measured else {}
+    unit = {"inertial unit": Stream(log.times_s(rows), columns)}
+    return unit if measured else unit | _barometer(log)
+
+
+def _barometer(log: Dataflash) -> dict[str, Stream]:
+    """Return the temperature of the first barometer, where the inertial unit gives none."""
+    found = log.instances("BARO")
+    rows = found[min(found)] if found else None
+    if rows is None or "Temp" not in rows or not rows.numbers("Temp").any():
+        return {}
+    return {"barometer": Stream(log.times_s(rows), {TEMPERATURE: rows.numbers("Temp")})}
 
 
 def attitude_stream(log: Dataflash, parameters: Parameters) -> tuple[dict[str, Stream], list[str]]:
@@ -55,12 +68,17 @@ def attitude_stream(log: Dataflash, parameters: Parameters) -> tuple[dict[str, S
     if name is None:
         return {}, []
     rows = candidates[name]
-    q = rows.vector(*QUATERNION) if all(part in rows for part in QUATERNION) else quaternion_of(rows.vector(*EULER))
+    q = rows.vector(*QUATERNION) if all(part in rows for part in QUATERNION) else quaternion_of(_angles_deg(rows))
     if name in OF_VEHICLE:
         q = without_trim(q, parameters)
     columns = vector_columns("attitude", enu_from_ned(unit_quaternions(q)))
     stream = Stream(log.times_s(rows), columns, dict.fromkeys(ATTITUDE, Interpolation.SLERP))
     return {"attitude": stream}, [f"attitude: {name}", *yaw_note(parameters)]
+
+
+def _angles_deg(rows: Messages) -> Array:
+    """Return roll, pitch and yaw in degrees (n, 3): whole numbers count centidegrees."""
+    return rows.vector(*EULER) * [CENTIDEGREE if rows.whole(name) else 1.0 for name in EULER]
 
 
 def _has_attitude(rows: Messages) -> bool:

@@ -9,6 +9,8 @@ import numpy as np
 
 from recordings.channels import BATTERY_VOLTAGE, THROTTLE, current_name, motor_output_name
 from recordings.readers.ardupilot.messages import Dataflash, Messages
+from recordings.readers.ardupilot.motor_term import MOTORS as QUAD_MOTORS
+from recordings.readers.ardupilot.motor_term import Drive
 from recordings.readers.ardupilot.parameters import Parameters
 from recordings.readers.ardupilot.vehicle import COPTER, PLANE, SUB
 from recordings.streams import Stream
@@ -76,6 +78,17 @@ def command_streams(log: Dataflash, parameters: Parameters, vehicle: str) -> dic
         throttle = tuning.numbers(name) * _throttle_unit(tuning, name, vehicle)
         found["throttle"] = _stream(log, tuning, {THROTTLE: throttle})
     return found | _output_streams(log, parameters, vehicle)
+
+
+def drive_of(log: Dataflash, parameters: Parameters, vehicle: str) -> Drive:
+    """Return what the motors' term of a compass may follow."""
+    commands, battery = command_streams(log, parameters, vehicle), _battery(log)
+    current = None
+    if battery is not None and "Curr" in battery:
+        current = _stream(log, battery, {current_name(1): battery.numbers("Curr") * _unit(battery, "Curr")})
+    named = {name: one for one in commands.values() for name in one.columns}
+    outputs = {k: named[name] for k in QUAD_MOTORS if (name := motor_output_name(k)) in named}
+    return Drive(commands.get("throttle"), current, commands.get("battery voltage"), outputs)
 
 
 def _output_streams(log: Dataflash, parameters: Parameters, vehicle: str) -> dict[str, Stream]:

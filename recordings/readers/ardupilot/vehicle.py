@@ -42,17 +42,22 @@ MODES: dict[str, dict[int, str]] = {
     BLIMP: _numbered("land manual velocity loiter rtl auto hold"),
 }
 """By the kind of vehicle: the flight modes by their numbers [ArduPilot: mode.h of each vehicle]."""
-_FIRMWARE = re.compile(rf"(?:ardu|apm:)?({'|'.join(MODES)})\s*v\d", re.IGNORECASE)
+_FIRMWARE = re.compile(rf"(?:ardu|apm:)?({'|'.join(MODES)})\s*v(\d{{1,3}})\.?(\d{{0,3}})", re.IGNORECASE)
 ARM, DISARM = 10, 11
 """Numbers of the events of arming and disarming in EV messages."""
 
 
 def vehicle_of(log: Dataflash) -> str:
     """Return the kind of vehicle that a log's messages of text tell, "" where they do not."""
+    return firmware_of(log)[0]
+
+
+def firmware_of(log: Dataflash) -> tuple[str, tuple[int, int]]:
+    """Return the kind of vehicle and the release (major, minor) that a log's texts tell; "" and (0, 0) where none."""
     sources = [(log.types[name], field) for name, field in (("VER", "FWS"), ("MSG", "Message")) if name in log.types]
     texts = [text for rows, field in sources if field in rows for text in rows.words(field)]
-    kinds = [match[1].lower() for text in texts if (match := _FIRMWARE.match(text))]
-    return kinds[0] if kinds else ""
+    found = next((match for text in texts if (match := _FIRMWARE.match(text))), None)
+    return (found[1].lower(), (int(found[2]), int(found[3] or 0))) if found else ("", (0, 0))
 
 
 def mode_name(vehicle: str, number: int) -> str:
