@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import datetime
 import re
-import tomllib
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -17,6 +16,7 @@ from recordings.files import write_text
 from recordings.units import UNITS, ColumnMap, parse_maps
 from scenarios.errors import InputError
 from scenarios.files import read_text
+from scenarios.nesting import parsed_toml
 
 FRAMES = ("flu", "frd")
 """Body frames: x forward, y left, z up, the recording's own; x forward, y right, z down."""
@@ -100,9 +100,8 @@ class Reading:
             return None
         do = "correct or remove it"
         try:
-            known = tomllib.loads(read_text(file, do))
-            found = cls(**known)
-        except (tomllib.TOMLDecodeError, TypeError, ValueError, InputError) as error:
+            found = cls(**parsed_toml(read_text(file, do), KEPT, do))
+        except (TypeError, ValueError, InputError) as error:
             raise InputError(f"cannot be used: {error}", where=str(file), do=do) from None
         report(f"read as kept in {file.name}: {_listed(found)} (--forget removes it)")
         return found

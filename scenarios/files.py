@@ -15,6 +15,9 @@ Value = TypeVar("Value")
 MAX_TEXT_BYTES = 64_000_000
 """Longer than the manifest of 99,999 runs, the longest text that magbench reads."""
 
+MOST_JSON_VALUES = 5_000_000
+"""Values of a JSON text, of some 70 bytes of memory each; the manifest of 99,999 runs has 800,000."""
+
 
 def check_regular(path: Path) -> None:
     """Raise InputError for a pipe, a socket or a device, which may have no end; a missing file passes."""
@@ -37,7 +40,10 @@ def read_text(path: Path, do: str, encoding: str = "utf-8") -> str:
 
 
 def parsed_json(text: str | bytes, where: str, do: str) -> Any:
-    """Return the plain values of a JSON text; InputError for invalid JSON, and for NaN and infinity."""
+    """Return the plain values of a JSON text; InputError for other texts, NaN, and too many values."""
+    if _values(text) > MOST_JSON_VALUES:
+        what = f"more than {MOST_JSON_VALUES:.3g} values"
+        raise InputError(what, where=where, do=do)
     try:
         return json.loads(text, parse_float=_finite, parse_constant=_finite)
     except RecursionError:
@@ -56,6 +62,13 @@ def validated(schema: TypeAdapter[Value], text: str | bytes, where: str, do: str
         place = ": ".join([where, *map(str, problem["loc"])])
         what = problem["msg"][:1].lower() + problem["msg"][1:]
         raise InputError(" ".join(what.split()), where=place, do=do) from None
+
+
+def _values(text: str | bytes) -> int:
+    """Return the number of values of a JSON text, or more where strings hold its signs."""
+    if isinstance(text, bytes):
+        return sum(map(text.count, (b"[", b"{", b",")))
+    return sum(map(text.count, ("[", "{", ",")))
 
 
 def _finite(word: str) -> float:

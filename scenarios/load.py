@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, TypeVar
@@ -13,6 +12,7 @@ from pydantic import BaseModel, ValidationError
 from scenarios.errors import InputError
 from scenarios.files import read_text
 from scenarios.names import CATALOGUE, find, scenario_names
+from scenarios.nesting import parsed_toml
 from scenarios.overrides import Override, parse, put
 from scenarios.problems import first_problem, problem_at
 
@@ -43,12 +43,7 @@ def catalogue() -> dict[str, str]:
 
 def _read(path: Path) -> dict[str, Any]:
     text = read_text(path, "give a readable TOML file in UTF-8", "utf-8-sig")
-    try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"not TOML: {error}", where=str(path), do="correct the file there") from None
-    except (RecursionError, ValueError):  # tables in tables a thousand deep, a number of thousands of digits
-        raise InputError("nested too deep, or a number too long", where=str(path), do="give a scenario file") from None
+    return parsed_toml(text, str(path), "give a scenario file")
 
 
 def _changed(data: dict[str, Any], changes: Sequence[Override]) -> dict[str, Any]:

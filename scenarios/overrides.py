@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from scenarios.errors import InputError
+from scenarios.nesting import is_nested_deep
 
 MAX_LENGTH = 10_000
 MAX_DEPTH = 20
@@ -53,6 +54,8 @@ def parse(text: str) -> Override:
 
 def _parse_key(key: str) -> tuple[str | int, ...]:
     """Return the parts of a dotted TOML key (parts may be quoted), numbers as indices; () for an invalid key."""
+    if is_nested_deep(key):
+        return ()
     try:
         table: Any = tomllib.loads(f"{key} = 0")
     except ValueError:
@@ -67,6 +70,8 @@ def _parse_key(key: str) -> tuple[str | int, ...]:
 def _parse_value(value: str, text: str) -> Any:
     where, advice = f"--set {text}", 'numbers, true, "text", [1, 2, 3]'
     try:
+        if is_nested_deep(f"value = {value}"):
+            raise RecursionError
         table = tomllib.loads(f"value = {value}")
     except tomllib.TOMLDecodeError as error:
         if _BARE_WORD.fullmatch(value):

@@ -166,9 +166,11 @@ def calibrators_from(
 ) -> tuple[CalibratorEntry, ...]:
     """The named calibrators and programs; where neither is given those of `otherwise`; InputError for unknown ones."""
     from validation.calibrating.processes import TIME_LIMIT_S
-    from validation.calibrating.selection import select_calibrators
+    from validation.calibrating.selection import calibrators_of_scenario, select_calibrators
 
-    names = [with_] if isinstance(with_, str) else list(with_) or (() if exec_ else otherwise)
+    names = [with_] if isinstance(with_, str) else list(with_)
+    if otherwise and not (names or exec_):
+        return calibrators_of_scenario(otherwise, time_limit_s or TIME_LIMIT_S)
     if not (names or exec_):
         raise InputError("names no calibrator", where="--with", do="see `magbench list calibrators`")
     return select_calibrators(names, exec_, time_limit_s or TIME_LIMIT_S)

@@ -28,7 +28,7 @@ from validation.bound.ratio import LeastErrors, bound_ratio, knowledge_of, least
 from validation.bound.sensor_noise import stated_colour, stated_noise_nT
 from validation.calibrating.calibration_file import write_calibrations
 from validation.calibrating.calibrator_entry import CalibratorEntry
-from validation.calibrating.selection import select_calibrators
+from validation.calibrating.selection import calibrators_of_scenario
 from validation.scoring.definitions import SCORE_DEFINITIONS
 from validation.scoring.evaluation import UNCORRECTED, score_calibrators
 from validation.scoring.outcome import Outcome
@@ -55,7 +55,7 @@ def run_scenario(
     An existing dataset of the same scenario and seed is reused. Raises InputError for a bad scenario, an unknown
     calibrator, an `out` with a different dataset or a second writing process, and where the system refuses to write.
     """
-    chosen = chosen or select_calibrators(scenario.calibrators)
+    chosen = chosen or calibrators_of_scenario(scenario.calibrators)
     with locked_directory(out):
         return _run(scenario, out, seed, chosen, progress, warn)
 
@@ -106,7 +106,7 @@ def calibrate_and_score(
 
     rng : makes the generator for each fit.
     """
-    chosen = chosen or select_calibrators(scenario.calibrators)
+    chosen = chosen or calibrators_of_scenario(scenario.calibrators)
     east, north, up = truth.parameters["field_enu_nT"]
     reference = Reference(float(np.linalg.norm([east, north, up])), (east, north, up))
     found = score_calibrators(recording, _effects(truth), reference, chosen, rng, progress)

@@ -49,6 +49,19 @@ def select_calibrators(
     return tuple(entries)
 
 
+def calibrators_of_scenario(names: Sequence[str], time_limit_s: float = TIME_LIMIT_S) -> tuple[CalibratorEntry, ...]:
+    """Return the calibrators that a scenario names; InputError as `select_calibrators`, and for module:object.
+
+    A scenario is data, whoever wrote it: only a user's own option runs a module of the working directory.
+    """
+    known = known_names()
+    own = next((text for text in names if text.partition(SEPARATOR)[0] not in known and OBJECT.fullmatch(text)), None)
+    if own is not None:
+        what = f"{own!r} is a module's object, and a scenario imports none"
+        raise InputError(what, where="calibrators", do=f"give --with {own}")
+    return select_calibrators(names, (), time_limit_s)
+
+
 def usual_calibrators(recording: Recording, reference: Reference) -> tuple[CalibratorEntry, ...]:
     """Return the calibrators where none is named: USUAL; planar alone for two axes.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from calib import CALIBRATORS, Reference, get
 from recordings import Recording
 from scenarios.errors import InputError
 from validation.calibrating.calibrator_entry import CalibratorEntry, TimedCalibration
-from validation.calibrating.selection import select_calibrators
+from validation.calibrating.selection import calibrators_of_scenario, select_calibrators
 
 REFERENCE = Reference(50_000.0)
 
@@ -75,3 +76,16 @@ def test_an_exception_becomes_the_reason(recording: Recording) -> None:
     assert fitted.calibration.status.kind == "not_converged"
     assert fitted.calibration.status.reason == "ValueError: no pivot"
     assert fitted.calibration.name == "broken"
+
+
+def test_a_scenario_imports_no_module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whoever wrote the scenario does not run code of the directory; the user's own option does."""
+    (tmp_path / "own_module.py").write_text("open('ran', 'a').close()\ndef fit(recording, reference): return None\n")
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError, match=r"calibrators: 'own_module:fit' .* \(give --with own_module:fit\)"):
+        calibrators_of_scenario(["sphere", "own_module:fit"])
+    assert not (tmp_path / "ran").exists()
+    assert [one.name for one in calibrators_of_scenario(["sphere", "ml_geometric:huber"])] == [
+        "sphere",
+        "ml_geometric:huber",
+    ]
