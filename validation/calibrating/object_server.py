@@ -28,6 +28,7 @@ from recordings import Recording
 from recordings.files import sha256_of
 from scenarios.errors import InputError
 from validation.calibrating.calibrator_entry import failed, time_fit
+from validation.calibrating.processes import MARK, carry_mark
 from validation.calibrating.program import MAX_FILE_BYTES
 
 ALARM_S = 5.0
@@ -58,6 +59,7 @@ class ObjectFacts:
 def serve(handle: int, spec: str) -> None:
     """Import `module:object` and answer requests on an open connection until the connection is closed."""
     connection = _opened(handle)
+    carry_mark(os.environ[MARK])
     _limit_files()
     sys.path.insert(0, os.getcwd())  # only now: magbench is imported, whatever names the directory holds
     try:

@@ -14,8 +14,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from functools import lru_cache
 
+from validation.calibrating.processes import LOCKS_DIGITS, MARK
+
 GUARD = """
-import os, shutil, signal, sys, time
+import os, re, shutil, signal, sys, time
 from pathlib import Path
 held = {}
 for line in sys.stdin.buffer:
@@ -24,17 +26,23 @@ for line in sys.stdin.buffer:
         del held[mark]
     else:
         held[mark] = place
+def carries(process):
+    limit = re.search(rb"Max file locks +(\\d+)", (process / "limits").read_bytes())
+    if limit and int(limit[1]) in limits:
+        return (process / "stat").read_bytes().rpartition(b")")[2].split()[0] != b"Z"
+    return bool(wanted.intersection((process / "environ").read_bytes().split(b"\\0")))
 def killed():
     count = 0
-    for entry in Path("/proc").glob("[0-9]*/environ"):
+    for process in Path("/proc").glob("[0-9]*"):
         try:
-            if wanted.intersection(entry.read_bytes().split(b"\\0")):
-                os.kill(int(entry.parent.name), signal.SIGKILL)
+            if carries(process):
+                os.kill(int(process.name), signal.SIGKILL)
                 count += 1
         except OSError:
             pass
     return count
 wanted = {b"MAGBENCH_CHILD=" + mark for mark in held}
+limits = {int(mark[:DIGITS], 16) for mark in held}
 for _ in range(200 if held else 0):
     if not killed():
         break
@@ -42,6 +50,7 @@ for _ in range(200 if held else 0):
 for place in filter(None, held.values()):
     shutil.rmtree(place, ignore_errors=True)
 """
+GUARD = GUARD.replace("DIGITS", str(LOCKS_DIGITS)).replace("MAGBENCH_CHILD", MARK)
 """Program of the guard. Each line names a child's mark and directory; a mark's second line says that it has ended."""
 _LOCK = threading.Lock()
 

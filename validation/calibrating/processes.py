@@ -1,6 +1,8 @@
 """Child processes of external calibrators: environment, start, end, processor time and last output.
 
 POSIX: a child leads a new process group; `os.killpg` kills the group, `os.wait4` gives the processor time.
+Linux: everything that a child starts carries the child's mark, as an environment variable and as a resource limit: a
+descendant with an empty environment and a session of its own is found by the limit.
 Windows: a child starts a new process group; `taskkill /T` ends the tree, and no processor time is reported.
 """
 
@@ -24,6 +26,9 @@ LEAST_TIME_LIMIT_S, MOST_TIME_LIMIT_S = 0.1, 86_400.0
 """Range of time limits that users may set."""
 MARK = "MAGBENCH_CHILD"
 """Environment variable that marks every process started by a child."""
+LOCKS_LIMIT, LOCKS_DIGITS = 10, 14
+"""Number of Linux's limit on file locks, which the kernel has not enforced since 2003, and the digits of a mark in its
+value. A limit is inherited, and without privileges no process can raise the limit again."""
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 """Trials already share the cores: threads within a fit would wait for each other and change the measured time."""
 ROUNDS, ROUND_S = 100, 0.01
@@ -69,7 +74,7 @@ def reap(child: subprocess.Popen[bytes]) -> float:
 def end_all(leader: int, mark: str) -> None:
     """Kill a child's process group and every process that carries the mark; return when all are gone.
 
-    A process that left the group is found by the environment in /proc, where /proc exists.
+    A process that left the group is found by the mark in /proc, where /proc exists; elsewhere such a process lives on.
     """
     if sys.platform == "win32":
         subprocess.run(["taskkill", "/F", "/T", "/PID", str(leader)], capture_output=True, check=False)
@@ -77,20 +82,36 @@ def end_all(leader: int, mark: str) -> None:
     with suppress(ProcessLookupError, PermissionError):
         os.killpg(leader, signal.SIGKILL)
     for _ in range(ROUNDS):
-        if not _kill_marked(f"{MARK}={mark}".encode()):
+        marked = [process for process in Path("/proc").glob("[0-9]*") if _carries(process, mark)]
+        if not marked:
             break
+        for process in marked:
+            with suppress(OSError):
+                os.kill(int(process.name), signal.SIGKILL)
         time.sleep(ROUND_S)
 
 
-def _kill_marked(wanted: bytes) -> int:
-    """Kill the processes with an entry in their environment; return their number."""
-    killed = 0
-    for place in Path("/proc").glob("[0-9]*/environ"):
-        with suppress(OSError):
-            if wanted in place.read_bytes().split(b"\0"):
-                os.kill(int(place.parent.name), signal.SIGKILL)
-                killed += 1
-    return killed
+def locks_limit(mark: str) -> int:
+    """Return the limit on file locks that stands for a mark of hexadecimal digits."""
+    return int(mark[:LOCKS_DIGITS], 16)
+
+
+def carry_mark(mark: str) -> None:
+    """Put the mark of a child on this process and all that it starts (Linux)."""
+    if sys.platform == "linux":
+        import resource
+
+        resource.setrlimit(LOCKS_LIMIT, (locks_limit(mark), locks_limit(mark)))
+
+
+def _carries(process: Path, mark: str) -> bool:
+    """Return whether a process of /proc carries a mark; a process that has ended, a zombie too, does not."""
+    with suppress(OSError):
+        limits = re.search(rb"^Max file locks +(\d+)", (process / "limits").read_bytes(), re.MULTILINE)
+        if limits is not None and int(limits[1]) == locks_limit(mark):
+            return (process / "stat").read_bytes().rpartition(b")")[2].split()[0] != b"Z"
+        return f"{MARK}={mark}".encode() in (process / "environ").read_bytes().split(b"\0")
+    return False
 
 
 def ending(status: int) -> str:

@@ -24,6 +24,7 @@ from validation.calibrating.processes import (
     ending,
     has_ended,
     last_lines,
+    locks_limit,
     reap,
     start_options,
 )
@@ -35,8 +36,13 @@ PAUSE_S = 0.001, 0.05
 """Shortest and longest time between two checks of a program."""
 BLOCK_BYTES = 512
 """The unit of `ulimit -f`."""
-LIMITED = 'ulimit -c 0; ulimit -f {blocks}; ulimit -t {cpu_s}; exec "$@"'
-"""Shell script that sets limits and becomes the program; the processor-time limit ends orphans of this process."""
+LIMITED = (
+    "ulimit -c 0; ulimit -f {blocks}; ulimit -t {cpu_s}; "
+    "ulimit -w {locks} 2>/dev/null || ulimit -x {locks} 2>/dev/null; "
+    'exec "$@"'
+)
+"""Shell script that sets limits and becomes the program; the processor-time limit ends orphans of this process. The
+limit on file locks is the mark, see `processes`: option -w of dash, -x of bash."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +63,7 @@ def run_program(words: Sequence[str], place: Path, variables: Mapping[str, str],
     mark, start_s = uuid.uuid4().hex, time.monotonic()
     with guarded(mark, str(place)), open(place / OUTPUT, "w+b") as output:
         child = subprocess.Popen(
-            [*_limits(time_limit_s), *words],
+            [*_limits(time_limit_s, mark), *words],
             cwd=place,
             env=child_environment(mark, variables),
             stdin=subprocess.DEVNULL,
@@ -75,12 +81,13 @@ def run_program(words: Sequence[str], place: Path, variables: Mapping[str, str],
         return ProgramExit(failure, last_lines(output.fileno(), place), wall_s, cpu_s)
 
 
-def _limits(time_limit_s: float) -> list[str]:
+def _limits(time_limit_s: float, mark: str) -> list[str]:
     """Return the words before a program's own that put it under limits."""
     if sys.platform == "win32":
         return []
     cpu_s = math.ceil(time_limit_s * (os.cpu_count() or 1))
-    return ["sh", "-c", LIMITED.format(blocks=MAX_FILE_BYTES // BLOCK_BYTES, cpu_s=cpu_s), "sh"]
+    limits = {"blocks": MAX_FILE_BYTES // BLOCK_BYTES, "cpu_s": cpu_s, "locks": locks_limit(mark)}
+    return ["sh", "-c", LIMITED.format(**limits), "sh"]
 
 
 def _watch(child: subprocess.Popen[bytes], place: Path, deadline_s: float) -> str:

@@ -127,11 +127,18 @@ def test_a_program_that_hangs_is_ended(
     assert time.monotonic() - begun_s < 30.0
 
 
-@pytest.mark.parametrize("start", ["sleep 77 &", "setsid sleep 77 >/dev/null 2>&1 </dev/null &"])
+SLEEPER = "/bin/sh -c 'echo $$ > %s/pid; exec sleep 77' >/dev/null 2>&1 </dev/null"
+
+
+@pytest.mark.parametrize(
+    "start",
+    ["", "/usr/bin/setsid", "env -i /usr/bin/setsid", "env -i /bin/sh -c '/usr/bin/setsid \"$@\" & exit' sh"],
+    ids=["beside it", "session of its own", "environment of its own", "adopted by init"],
+)
 def test_what_a_program_leaves_running_is_ended(
     start: str, script: Script, recording: Recording, reference: Reference, tmp_path: Path
 ) -> None:
-    found = script(f"{start}\necho $! > {tmp_path}/pid; sleep 0.2; echo '{IDENTITY}' > $2").fit(recording, reference)
+    found = script(f"{start} {SLEEPER % tmp_path} &\nsleep 0.3; echo '{IDENTITY}' > $2").fit(recording, reference)
     assert found.status.kind == "ok"
     assert not alive(int((tmp_path / "pid").read_text()))
 

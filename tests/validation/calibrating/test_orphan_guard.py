@@ -18,6 +18,7 @@ from validation.calibrating.program import run_program
 run_program(["sh", "-c", sys.argv[2]], Path(sys.argv[1]), {}, 60.0)
 """
 IGNORING = "trap '' TERM INT HUP; echo $$ > ../pid; while :; do sleep 0.1; done"
+EMPTY = "env -i /usr/bin/setsid /bin/sh -c 'echo $$ > ../pid; exec sleep 60' & sleep 60"
 LEAVING = "setsid sh -c 'echo $$ > ../pid; sleep 60' & sleep 60"
 
 
@@ -38,7 +39,7 @@ def _runs(pid: int) -> bool:
 
 
 @pytest.mark.skipif(not Path("/proc/self/environ").exists(), reason="marked processes are found in /proc")
-@pytest.mark.parametrize("program", [IGNORING, LEAVING], ids=["ignores signals", "leaves its session"])
+@pytest.mark.parametrize("program", [IGNORING, LEAVING, EMPTY], ids=["ignores signals", "leaves", "leaves unmarked"])
 def test_a_program_ends_with_a_killed_process_and_its_directory_goes(tmp_path: Path, program: str) -> None:
     place, told = tmp_path / "magbench-fit", tmp_path / "pid"
     place.mkdir()
