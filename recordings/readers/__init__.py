@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from recordings.readers.ardupilot import ARDUPILOT_LOG
+from recordings.readers.ardupilot import ARDUPILOT_LOG, ARDUPILOT_TEXT
 from recordings.readers.base import FileContents, FileFormat, Wanted, file_head
 from recordings.readers.blackbox import BLACKBOX
 from recordings.readers.iaga import IAGA
@@ -23,7 +23,7 @@ from scenarios.errors import InputError
 __all__ = ["FORMATS", "FileContents", "FileFormat", "is_parquet", "load", "parquet_errors_about"]
 
 FORMATS: tuple[FileFormat, ...] = (
-    *(PARQUET, ARDUPILOT_LOG, TELEMETRY_LOG, PX4, ROS, BLACKBOX),
+    *(PARQUET, ARDUPILOT_LOG, ARDUPILOT_TEXT, TELEMETRY_LOG, PX4, ROS, BLACKBOX),
     *(NETCDF, IMAGCDF, MAT, PHONE, IAGA, TEXT),
 )
 """Every format, in the order of recognition: by content first, by the suffix alone last."""

@@ -1,8 +1,8 @@
-"""ArduPilot's DataFlash logs (.bin), read by column."""
+"""ArduPilot's DataFlash logs, binary (.bin) and as text (.log), read by column."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -15,12 +15,13 @@ from recordings.readers.ardupilot.motion import attitude_stream, imu_stream, pos
 from recordings.readers.ardupilot.parameters import Parameters
 from recordings.readers.ardupilot.place import date_of, fixes_of, place_of, place_stream, start_of
 from recordings.readers.ardupilot.power import command_streams, current_streams
+from recordings.readers.ardupilot.text_log import is_text_log, read_text_log
 from recordings.readers.ardupilot.vehicle import state_streams, vehicle_of
 from recordings.readers.base import FileContents, FileFormat, Wanted
 from recordings.readers.vehicle_log import VehicleLog
 from recordings.streams import Stream
 
-__all__ = ["ARDUPILOT_LOG", "read_dataflash"]
+__all__ = ["ARDUPILOT_LOG", "ARDUPILOT_TEXT", "read_dataflash"]
 
 STRAY_SHARE = 1e-3
 """Share of a log's bytes outside of messages from which the log counts as damaged."""
@@ -41,8 +42,16 @@ def _recognises(path: Path, head: bytes) -> bool:
 
 
 def _read(path: Path, wanted: Wanted, stream: str | None) -> FileContents:
+    return _contents(path, read_dataflash, wanted, stream)
+
+
+def _read_text(path: Path, wanted: Wanted, stream: str | None) -> FileContents:
+    return _contents(path, read_text_log, wanted, stream)
+
+
+def _contents(path: Path, read: Callable[[Path], Dataflash], wanted: Wanted, stream: str | None) -> FileContents:
     with np.errstate(all="ignore"):  # damaged bytes may be any number
-        log = read_dataflash(path)
+        log = read(path)
         return _vehicle_log(log, wanted, stream).contents(path, wanted, stream)
 
 
@@ -94,4 +103,13 @@ ARDUPILOT_LOG = FileFormat(
     remark="COMPASS_OFS, DIA, ODI, SCALE and the motors' term undone",
     recognises=_recognises,
     read=_read,
+)
+
+ARDUPILOT_TEXT = FileFormat(
+    name="ArduPilot's log as text",
+    suffixes=(".log",),
+    summary="an ArduPilot log converted to text",
+    remark="as of `.bin`",
+    recognises=lambda path, head: is_text_log(head),
+    read=_read_text,
 )

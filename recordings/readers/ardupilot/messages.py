@@ -56,7 +56,9 @@ class Messages:
         return np.column_stack([self.numbers(field) for field in fields])
 
     def words(self, field: str) -> list[str]:
-        """Return a text of every message."""
+        """Return a text of every message, "" where the value is a number."""
+        if self.layout.kinds[field] not in TEXTS:
+            return [""] * len(self)
         return [bytes(word).split(b"\0")[0].decode("latin-1") for word in self.view[field][self.starts].tolist()]
 
     def whole(self, field: str) -> bool:

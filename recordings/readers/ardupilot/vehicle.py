@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from recordings.channels import ARMED
-from recordings.readers.ardupilot.messages import Dataflash
+from recordings.readers.ardupilot.messages import TEXTS, Dataflash, Messages
 from recordings.streams import Interpolation, Stream
 from scenarios.arrays import Array
 
@@ -66,13 +66,20 @@ def mode_name(vehicle: str, number: int) -> str:
     return name if name != NO_MODE else f"mode {number}"
 
 
+def _mode_names(rows: Messages, field: str, vehicle: str) -> list[str]:
+    """Return the modes by their numbers, or as logs in text name them."""
+    if rows.layout.kinds[field] in TEXTS:
+        return [word.lower() or "mode" for word in rows.words(field)]
+    return [mode_name(vehicle, int(number)) for number in rows.numbers(field)]
+
+
 def state_streams(log: Dataflash, vehicle: str, start_s: float) -> tuple[dict[str, Stream], list[str]]:
     """Return the flight modes as phases and the armed state, from a time before the log's first sample on."""
     found, notes = {}, []
     rows = log.types.get("MODE")
     field = next((name for name in ("ModeNum", "Mode") if rows is not None and name in rows), None)
     if rows is not None and field:
-        names = np.array([mode_name(vehicle, int(number)) for number in rows.numbers(field)])
+        names = np.array(_mode_names(rows, field, vehicle))
         found["mode"] = events(log.times_s(rows), {"phase": names}, {"phase": names[0]}, start_s)
         unknown = sorted({name for name in names.tolist() if name.startswith("mode ")})
         notes = [f"flight modes without a known name: {', '.join(unknown)}"] if unknown else []

@@ -7,11 +7,13 @@ from pathlib import Path
 from recordings.readers.base import FileFormat
 from recordings.readers.text.reading import is_table, read
 
-_SUFFIXES = (".csv", ".tsv", ".txt", ".log", ".dat", ".asc")
+_SUFFIXES = (".csv", ".tsv", ".txt", ".dat", ".asc")
+_SHARED = ".log"
+"""A suffix of text that other formats list as theirs."""
 
 
 def _recognises(path: Path, head: bytes) -> bool:
-    return path.suffix.lower() in _SUFFIXES or is_table(head)
+    return path.suffix.lower() in (*_SUFFIXES, _SHARED) or is_table(head)
 
 
 TEXT = FileFormat(

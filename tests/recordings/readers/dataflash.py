@@ -15,7 +15,12 @@ START_S = 100.0
 
 
 def write_dataflash(recording: Recording, path: Path) -> None:
-    """Write a recording as a log without parameters: the field cut to mG, the rest in single precision."""
+    """Write a recording as a log."""
+    dataflash_of(recording).write(path)
+
+
+def dataflash_of(recording: Recording) -> Log:
+    """Return a recording as a log without parameters: the field cut to mG, the rest in single precision."""
     log, at_s = Log(), recording.time_s
     write_compass(log, at_s, recording.mag_nT)
     if recording.gyro_rad_s is not None and recording.accel_m_s2 is not None:
@@ -33,7 +38,7 @@ def write_dataflash(recording: Recording, path: Path) -> None:
         log.layout("ESC", "QBf", "TimeUS,Instance,Curr")
         for number, current_A in enumerate(recording.current_A.T):
             log.rows("ESC", at_s, number, current_A)
-    log.write(path)
+    return log
 
 
 def product(p: Array, q: Array) -> Array:

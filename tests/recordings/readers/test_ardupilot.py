@@ -98,6 +98,11 @@ def write_state(log: Log, one: Flight) -> None:
 
 
 def write_flight(path: Path, one: Flight, **changed: float) -> Path:
+    """A flight with a calibrated compass 1, as a file."""
+    return flight_log(one, **changed).write(path)
+
+
+def flight_log(one: Flight, **changed: float) -> Log:
     """A flight with a calibrated compass 1, motors' term included."""
     log, motor_mG = Log(), one.current_A[:, None] * MOTOR_MG_A
     raw = measured(one) - 100 * motor_mG * DOWN  # the motors' own field, which the autopilot's term takes off
@@ -107,7 +112,7 @@ def write_flight(path: Path, one: Flight, **changed: float) -> Path:
     log.parameters(START_S + 0.2, **{f"COMPASS_MOT_{a}": float(x) for a, x in zip("XYZ", MOTOR_MG_A, strict=True)})
     log.parameters(START_S + 0.2, **changed)
     write_state(log, one)
-    return log.write(path)
+    return log
 
 
 @pytest.fixture(scope="module")

@@ -25,6 +25,7 @@ from recordings.readers import FORMATS, FileFormat, load
 from scenarios.errors import InputError
 from tests.recordings.readers.blackbox_logs import BlackboxWriter, betaflight_fields, rows_of
 from tests.recordings.readers.dataflash import write_dataflash
+from tests.recordings.readers.dataflash_text import write_dataflash_text
 from tests.recordings.readers.ros_bags import Series, vector, write_bag
 from tests.recordings.readers.telemetry import write_telemetry
 
@@ -146,6 +147,7 @@ EXAMPLES: dict[str, Callable[[Recording, Path], None]] = {
     "Parquet": write_recording,
     "MAVLink telemetry": write_telemetry,
     "ArduPilot": lambda recording, path: write_dataflash(replace(recording, att_q=None), path),
+    "ArduPilot's log as text": lambda recording, path: write_dataflash_text(replace(recording, att_q=None), path),
     "netCDF": write_netcdf,
     "ImagCDF": write_imagcdf,
     "MATLAB": write_mat,
@@ -161,9 +163,11 @@ NUMBERS = (
     *("time_s", *mag_names(), *GYRO, *ACCEL, *ATTITUDE, *POSITION),
     *("temperature_degC", "current_1_A", "current_2_A", "wheel_rad_s"),
 )
+HEAT_AND_CURRENTS = ("temperature_degC", "current_1_A", "current_2_A")
 PARTS: dict[str, tuple[str, ...]] = {
     "MAVLink telemetry": ("time_s", *mag_names(), *GYRO, *ACCEL, *POSITION, "temperature_degC"),
-    "ArduPilot": ("time_s", *mag_names(), *GYRO, *ACCEL, *POSITION, "temperature_degC", "current_1_A", "current_2_A"),
+    "ArduPilot": ("time_s", *mag_names(), *GYRO, *ACCEL, *POSITION, *HEAT_AND_CURRENTS),
+    "ArduPilot's log as text": ("time_s", *mag_names(), *GYRO, *ACCEL, *POSITION, *HEAT_AND_CURRENTS),
     "netCDF": NUMBERS,
     "ImagCDF": ("time_s", *mag_names()),
     "MATLAB": NUMBERS,
@@ -174,7 +178,7 @@ PARTS: dict[str, tuple[str, ...]] = {
     "ROS bag": ("time_s", *mag_names(), *GYRO, *ACCEL, "temperature_degC"),
 }
 """What a format holds of a recording, where not all of it."""
-STEPS_NT = {"ArduPilot": 100.0, "blackbox": 0.51}
+STEPS_NT = {"ArduPilot": 100.0, "ArduPilot's log as text": 100.0, "blackbox": 0.51}
 """Steps of the field in formats that are coarser than 0.01 nT."""
 FOREIGN = {
     "nothing": b"",
