@@ -22,6 +22,7 @@ from recordings.reading import Reading
 from recordings.recording import STATED, Origin
 from recordings.sensor_rows import magnetometer_rows
 from recordings.units import ColumnMap
+from recordings.whereabouts import date_at, date_in, place_in
 from scenarios.arrays import Array
 from scenarios.errors import InputError, errors_relocated
 
@@ -111,8 +112,8 @@ def _origin(contents: FileContents, found: Interpretation, notes: tuple[str, ...
         *(notes, found.unit, found.timed, found.axes, contents.frame or stated.frame or ""),
         magnetometer=contents.magnetometer,
         magnetometers=contents.magnetometers,
-        place=stated.place or contents.place,
-        date=stated.date or contents.date,
+        place=stated.place or contents.place or place_in(found.named),
+        date=stated.date or contents.date or date_at(start_s, found.named["time_s"]) or date_in(contents.table),
         start_s=start_s,
         applied=contents.applied.get(contents.magnetometer),
     )

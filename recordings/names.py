@@ -22,6 +22,8 @@ RISING = 0.99
 """Share of steps ahead above which the first of four columns without names is the time."""
 LAST_WORDS = ("stamp", "timestamp", "time")
 """Last words of a column of time, as `header.stamp`."""
+STAMPS = ("timestamp", "elapsed")
+"""Words of a column of time anywhere in its name, as `Shimmer_Timestamp_Unix_CAL`."""
 _BARE = re.compile(r"column_\d+")
 
 
@@ -114,7 +116,7 @@ def _time(table: pa.Table, names: Iterable[str]) -> tuple[ColumnMap, ...]:
 
 def _time_rank(table: pa.Table, name: str) -> int | None:
     """Return how likely a column is the time, the likeliest -1; None for another column."""
-    kind, parts = table.column(name).type, ColumnName(name)
+    kind, parts = table.column(name).type, ColumnName(name.rpartition(".")[2] or name)
     if pa.types.is_timestamp(kind):
         return -1
     whole = "_".join(parts.plain or parts.words)
@@ -122,7 +124,9 @@ def _time_rank(table: pa.Table, name: str) -> int | None:
         return None
     if whole in TIMES:
         return TIMES.index(whole)
-    return len(TIMES) if parts.words[0] in TIMES[:4] or parts.words[-1] in LAST_WORDS else None
+    if parts.words[0] in TIMES[:4] or parts.words[-1] in LAST_WORDS:
+        return len(TIMES)
+    return len(TIMES) + 1 if set(STAMPS) & set(parts.words) else None
 
 
 def _rises(column: pa.ChunkedArray) -> bool:

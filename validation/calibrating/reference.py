@@ -72,9 +72,14 @@ def field_at(place: Sequence[float] | None, date: datetime.date | None) -> list[
 def told_field(
     strength_nT: float | None, enu: Sequence[float] | None, origin: Origin | None
 ) -> tuple[float | None, Sequence[float] | None]:
-    """Return the stated strength and vector, else the world model's vector at the place and date of a log."""
+    """Return the stated strength and vector, else the world model's vector at the place and date of a log.
+
+    Raises InputError for a log that tells its place without a date.
+    """
     if strength_nT is not None or enu is not None or origin is None or origin.place is None:
         return strength_nT, enu
+    if origin.date is None:
+        raise InputError("tells its place and no date", where="the log", do="give --date YYYY-MM-DD")
     return None, field_at(origin.place, origin.date)
 
 
