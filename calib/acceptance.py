@@ -18,6 +18,7 @@ from calib.result import OFFSET_NAMES, STRENGTH_NAME, Calibration, Status
 from calib.structure import EVEN_DILUTION, TOLD_FRACTION, Structure, structure_of
 from recordings import Recording
 from scenarios.arrays import Array
+from scenarios.text import figure
 
 MAX_MISFIT_FRACTION = 0.1
 """Median residual of an accepted fit at most, as a fraction of the field: beyond are a constant field with noise, a
@@ -234,7 +235,7 @@ def _worst_text(fit: Calibration, reference: Reference) -> str:
     assert fit.offset_covariance_nT2 is not None
     worst = float(np.sqrt(np.linalg.eigvalsh(fit.matrix @ fit.offset_covariance_nT2 @ fit.matrix.T)[-1]))
     share = 100 * worst / reference.strength_nT
-    return f"the offset has a standard deviation of {worst:.3g} nT ({share:.2g} % of the field)"
+    return f"the offset has a standard deviation of {figure(worst)} nT ({figure(share, 2)} % of the field)"
 
 
 def unsupported(fit: Calibration, residual_nT: Array, reference: Reference) -> Status | None:
@@ -284,7 +285,8 @@ def _singular(fit: Calibration) -> Status | None:
     alone = 0 if stretch[0] * stretch[2] > stretch[1] ** 2 else 2
     return unobservable(
         axes[alone],
-        f"the matrix is nearly singular (condition number {condition:.2g}, limit {MAX_CONDITION:g}), by what it does "
+        f"the matrix is nearly singular (condition number {figure(condition, 2)}, limit {MAX_CONDITION:g}), "
+        "by what it does "
         "along it: the motion hardly turns it, or an axis is not wired, or two measure the same",
     )
 
@@ -301,7 +303,8 @@ def _misfit(residual_nT: Array, strength_nT: float) -> Status | None:
         return None
     return Status(
         "not_converged",
-        f"the corrected field is still off by {typical:.3g} nT, {100 * typical / strength_nT:.2g} % of the field "
+        f"the corrected field is still off by {figure(typical)} nT, {figure(100 * typical / strength_nT, 2)} "
+        "% of the field "
         f"(limit {100 * MAX_MISFIT_FRACTION:g} %): the measurements do not follow it; "
         "check field, unit, axes and attitude",
     )

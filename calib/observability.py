@@ -10,6 +10,7 @@ import numpy as np
 from calib.numerics.points import mean_and_spread
 from calib.result import Calibration, Status
 from scenarios.arrays import Array
+from scenarios.text import figure
 
 MAX_STD_FRACTION = 0.01
 """Unobservable: a claimed offset less certain than 1 % of the field in any direction, or S than 1 %."""
@@ -80,7 +81,7 @@ def planar_status(extent: Extent, noise_std_nT: float = 0.0) -> Status | None:
     thickness_nT = extent.thickness_nT
     if thickness_nT > max(SIGNIFICANT_THICKNESS * noise_std_nT, ROUNDING * float(np.sqrt(extent.variance[-1]))):
         return None
-    return unobservable(extent.thinnest, f"the measurements lie in a plane to within {thickness_nT:.3g} nT rms")
+    return unobservable(extent.thinnest, f"the measurements lie in a plane to within {figure(thickness_nT)} nT rms")
 
 
 def motion_status(h_nT: Array, strength_nT: float, attitude_std_rad: float) -> Status | None:
@@ -89,7 +90,7 @@ def motion_status(h_nT: Array, strength_nT: float, attitude_std_rad: float) -> S
     angle_rad = np.sqrt(max(variance[0], 0.0)) / strength_nT
     if angle_rad > max(SIGNIFICANT_ANGLE * attitude_std_rad, 1e-9):
         return None
-    return unobservable(axes[:, 0], f"the field along it varies by only {np.degrees(angle_rad):.2g} degrees rms")
+    return unobservable(axes[:, 0], f"the field along it varies by only {figure(np.degrees(angle_rad), 2)} degrees rms")
 
 
 def covariance_status(fit: Calibration, strength_nT: float) -> Status | None:
@@ -104,11 +105,11 @@ def covariance_status(fit: Calibration, strength_nT: float) -> Status | None:
     variance, axes = np.linalg.eigh(fit.matrix @ offset_nT2 @ fit.matrix.T)
     worst = float(np.sqrt(max(variance[-1], 0.0)))
     if worst > MAX_STD_FRACTION * strength_nT:
-        share = f"{100 * worst / strength_nT:.3g} % of the field, the limit is {100 * MAX_STD_FRACTION:g} %"
+        share = f"{figure(100 * worst / strength_nT)} % of the field, the limit is {100 * MAX_STD_FRACTION:g} %"
         limits = (
             "this motion and noise cannot rule out soft iron, and with it" if loose else "with this motion and noise"
         )
-        return unobservable(axes[:, -1], f"{limits} its standard deviation is {worst:.3g} nT ({share})")
+        return unobservable(axes[:, -1], f"{limits} its standard deviation is {figure(worst)} nT ({share})")
     if loose:
         return Status(
             "unobservable",
@@ -134,7 +135,7 @@ def _loose_soft_iron(fit: Calibration) -> list[str]:
         return []
     std = np.sqrt(np.clip(np.diag(covariance), 0.0, None)) / np.linalg.norm(np.linalg.inv(fit.matrix), 2)
     told = std >= min(MAX_STD_FRACTION, std.max())
-    return [f"{name} ({s:.2g})" for name, s, tell in zip(names, std, told, strict=True) if tell]
+    return [f"{name} ({figure(s, 2)})" for name, s, tell in zip(names, std, told, strict=True) if tell]
 
 
 def _largest_variance(moved: Array, covariance: Array) -> float:

@@ -20,6 +20,7 @@ from calib.reference import Reference
 from calib.result import Calibration
 from recordings import Recording
 from scenarios.arrays import Array
+from scenarios.text import figure
 
 Mask = NDArray[np.bool_]
 ALARM = 1e-3
@@ -75,8 +76,8 @@ class Wild:
     def told(self, left_out: bool) -> str:
         """Number, share and size in words."""
         found = (
-            f"{self.count:,} of {len(self.rows):,} samples ({100 * self.share:.2g} %) are wild, "
-            f"up to {float(f'{self.furthest_nT:.3g}'):,.6g} nT off"
+            f"{self.count} of {len(self.rows)} samples ({figure(100 * self.share, 2)} %) are wild, "
+            f"up to {figure(self.furthest_nT)} nT off"
         )
         if left_out:
             return f"{found}, and were left out"

@@ -16,6 +16,7 @@ from calib.numerics.colour import BLOCKS, LEAST_BLOCK, block_mean_square, inflat
 from calib.numerics.flicker import strength_and_axes
 from calib.result import Calibration
 from scenarios.arrays import Array
+from scenarios.text import figure
 
 FOLDS = BLOCKS[0]
 """Blocks of time, each predicted by a characteristic fitted to the remaining blocks."""
@@ -73,7 +74,7 @@ class Structure:
     @property
     def text(self) -> str:
         """The cause in words."""
-        return f"the residual ({self.residual_nT:.3g} nT rms) is not noise, it {CAUSES[self.kind]}"
+        return f"the residual ({figure(self.residual_nT)} nT rms) is not noise, it {CAUSES[self.kind]}"
 
     @property
     def remedy(self) -> str:

@@ -31,6 +31,7 @@ from recordings.streams import Interpolation
 from recordings.units import likely_unit
 from scenarios.arrays import Array
 from scenarios.errors import InputError
+from scenarios.text import figure
 
 MIN_SAMPLES = 10
 MIN_INTERVAL_S = 1e-9
@@ -191,6 +192,6 @@ def _check_strength(path: Path, names: Sequence[str], some_nT: Array) -> None:
     unit = likely_unit(strength)
     guess = f"it looks like {unit}" if unit else "it may be raw counts"
     option = f"unit={unit}" if unit else "scale=<nT a count>"
-    what = f"median |m| is {strength:.4g}, not between {low:,.0f} and {high:,.0f} nT: {guess}"
+    what = f"median |m| is {figure(strength, 4)}, not between {low:.0f} and {high:.0f} nT: {guess}"
     do = f"give the unit with --map {names[0]}=<column>,{option} and the like for the other axes"
     raise InputError(what, where=f"{path}: {', '.join(names)}", do=do)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from recordings.streams import MAX_GAP_INTERVALS, Interpolation, interpolated, own_interval_s
 from scenarios.arrays import Array
 from scenarios.errors import InputError
+from scenarios.text import figure
 
 _NORM_TOLERANCE = 0.02
 _UNIT_TO_ROUNDING = 1e-9
@@ -29,7 +30,7 @@ def unit_quaternions(path: Path, names: Sequence[str], q: Array, known: NDArray[
     wrong = np.abs(norm - 1) > _NORM_TOLERANCE
     if wrong.any():
         row = int(np.argmax(wrong)) + 1
-        what = f"row {row} has norm {norm[row - 1]:.4g}, a unit quaternion w x y z is expected"
+        what = f"row {row} has norm {figure(norm[row - 1], 4)}, a unit quaternion w x y z is expected"
         do = "check the order and scale of the columns, or remove them"
         raise InputError(what, where=f"{path}: {names[0]} … {names[-1]}", do=do)
     return np.where((np.abs(norm - 1) > _UNIT_TO_ROUNDING)[:, None], q / norm[:, None], q)
@@ -44,5 +45,6 @@ def check_outage(path: Path, name: str, time_s: Array, known: NDArray[np.bool_])
     longest = int(np.argmax(lengths_s))
     if lengths_s[longest] > MAX_GAP_INTERVALS * own_interval_s(time_s[known]):
         row = int(np.argmax(~known & (time_s >= edges_s[longest]))) + 1
-        what = f"no value for {lengths_s[longest]:.4g} s from row {row} on, {np.count_nonzero(~known)} rows are empty"
+        empty = np.count_nonzero(~known)
+        what = f"no value for {figure(lengths_s[longest], 4)} s from row {row} on, {empty} rows are empty"
         raise InputError(what, where=f"{path}: {name}", do="fill it, cut the recording there, or remove the column")

@@ -5,29 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
+from scenarios.text import figure as figure
 
-SMALLEST, LARGEST = 1e-4, 1e7
-"""Sizes outside which numbers are written with a power of ten."""
 SYMBOLS = {"deg": "°"}
 """Symbols of units with words as names in files."""
 ATTACHED = ("°",)
 """Units that follow a number without a space."""
-
-
-def figure(value: float, significant: int = 3, *, zeros: bool = False) -> str:
-    """Return a number with significant digits and commas between thousands; a dash for NaN and infinity.
-
-    zeros : keep trailing zeros, which indicate the accuracy.
-    """
-    if not np.isfinite(value):
-        return "–"
-    if value == 0:
-        return "0"
-    if not SMALLEST <= abs(value) < LARGEST:
-        return f"{value:{'#' if zeros else ''}.{significant}g}"
-    text = f"{value:,.{max(0, significant - 1 - int(np.floor(np.log10(abs(value)))))}f}"
-    return text.rstrip("0").rstrip(".") if "." in text and not zeros else text
 
 
 def quantity(value: float, unit: str) -> str:
@@ -54,12 +37,12 @@ def listed(texts: Sequence[str]) -> str:
 
 def counted(number: int, what: str, many: str = "") -> str:
     """Return "1 gap", "2 gaps", "no gap"."""
-    return f"no {what}" if number == 0 else f"1 {what}" if number == 1 else f"{number:,} {many or what + 's'}"
+    return f"no {what}" if number == 0 else f"1 {what}" if number == 1 else f"{number} {many or what + 's'}"
 
 
 def all_of(number: int, what: str) -> str:
     """Return "both runs", "all 3 runs"."""
-    return f"both {what}" if number == 2 else f"all {number:,} {what}"
+    return f"both {what}" if number == 2 else f"all {number} {what}"
 
 
 def duration(seconds: float) -> str:
@@ -83,17 +66,17 @@ def short(value: Any) -> str:
 
 
 def digits(value: float, significant: int = 3) -> str:
-    """Return a measured number for a page: significant digits, thin spaces between thousands."""
+    """Return a measured number for a page: significant digits, with the zeros that tell the accuracy."""
     return _typeset(figure(value, significant, zeros=True))
 
 
 def plainly(value: float) -> str:
     """Return a given or counted number for a page: up to seven digits, without trailing zeros."""
-    return _typeset(f"{value:,.7g}")
+    return _typeset(f"{value:.7g}")
 
 
 def _typeset(number: str) -> str:
-    return number.replace(",", "\u2009").replace("-", "−")
+    return number.replace("-", "−")
 
 
 def sentence(text: str) -> str:

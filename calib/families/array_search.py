@@ -18,6 +18,7 @@ from calib.search.population import Move, search
 from calib.settings import Count, NotNegative, Positive
 from recordings import Recording
 from scenarios.arrays import Array
+from scenarios.text import figure
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +65,7 @@ class EvolvingGradiometer(GradiometerCalibrator):
         status = Status.settled(
             found.settled,
             f"after {len(history)} iterations the population has not settled (objective rms "
-            f"{history[-1]:.3g} nT): use polish = true, more iterations or a larger population",
+            f"{figure(history[-1])} nT): use polish = true, more iterations or a larger population",
         )
         return ArrayEstimate(found.best, history, status)
 

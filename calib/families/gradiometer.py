@@ -28,6 +28,7 @@ from calib.result import Calibration, Status
 from calib.settings import NotNegative
 from recordings import Recording
 from scenarios.arrays import Array
+from scenarios.text import figure
 
 MAX_NOISE_FRACTION = 0.005
 """A residual noise above this fraction of the field is not noise: the search ended in a wrong place."""
@@ -149,7 +150,7 @@ def _far(noise_nT: float, strength_nT: float) -> Status | None:
         return None
     return Status(
         "not_converged",
-        f"the sensors still disagree by {noise_nT:.3g} nT rms an axis: a local minimum, an "
+        f"the sensors still disagree by {figure(noise_nT)} nT rms an axis: a local minimum, an "
         "error beyond the search's bounds, or a field that is not uniform",
     )
 
@@ -167,4 +168,6 @@ def _loose(covariance: Array | None, names: tuple[str, ...], strength_nT: float)
     worst = int(std.argmax())
     if std[worst] <= MAX_STD_FRACTION:
         return None
-    return Status("unobservable", f"standard deviation of {names[worst]}: {std[worst] * unit[worst]:.2g}; {remedy}")
+    return Status(
+        "unobservable", f"standard deviation of {names[worst]}: {figure(std[worst] * unit[worst], 2)}; {remedy}"
+    )

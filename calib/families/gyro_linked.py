@@ -25,6 +25,7 @@ from calib.result import OFFSET_NAMES, Calibration, Status
 from calib.settings import Count, Positive
 from recordings import Recording
 from scenarios.arrays import Array
+from scenarios.text import figure
 
 LEAST_GYRO_RAD_S = 1e-6
 """Noise of the gyro taken at first for one that shows less."""
@@ -74,7 +75,8 @@ class GyroLinked(Calibrator):
             return fit
         status = Status.settled(
             fit.settled,
-            f"after {len(fit.history)} steps estimate (by {fit.history[-1]:.2g} standard deviations) or noise still "
+            f"after {len(fit.history)} steps estimate (by {figure(fit.history[-1], 2)} standard deviations) or "
+            "noise still "
             "move: record longer, turn about more axes",
         )
         status = replace(status, reason=status.reason or _caveat(fit.found))

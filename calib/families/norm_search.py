@@ -31,6 +31,7 @@ from calib.search.population import Move, SearchResult, search
 from calib.settings import Count
 from recordings import Recording
 from scenarios.arrays import Array
+from scenarios.text import figure
 
 ROUNDING_VARIANCE = 1e-18
 """Smallest variance of a residual of unit size: rounding, 1e-9 of the field."""
@@ -229,7 +230,8 @@ class PopulationCalibrator(Calibrator):
 
     def _gain_text(self, mag_nT: Array) -> str:
         return (
-            f"the measurements range over {np.ptp(mag_nT, axis=0).max():.4g} nT on one axis, more than a gain of "
+            f"the measurements range over {figure(np.ptp(mag_nT, axis=0).max(), 4)} nT on one axis, more than a "
+            "gain of "
             f"{self.most_gain:g} allows: check the field strength and the unit, or raise most_gain"
         )
 
@@ -271,6 +273,6 @@ def _settled(space: NormSpace, particle: Array, noise: float) -> Status:
         return Status("ok")
     return Status(
         "not_converged",
-        f"the search ended {decrement:.2g} standard deviations from the minimum of its own "
+        f"the search ended {figure(decrement, 2)} standard deviations from the minimum of its own "
         "cost: use polish = true, or more iterations",
     )

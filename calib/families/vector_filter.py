@@ -16,6 +16,7 @@ from calib.result import OFFSET_NAMES, Calibration, Status
 from calib.settings import NotNegative, Positive, check
 from recordings import Recording
 from scenarios.arrays import Array
+from scenarios.text import figure
 
 MAX_PRIOR_SHARE = 0.01
 """Converged: the prior weighs less than this in every direction of the state."""
@@ -163,7 +164,7 @@ def _status(steps: FilterTrack, settings: KalmanSettings) -> Status:
     worst = NAMES[int(np.argmax(np.abs(vectors[:, -1])))]
     return Status(
         "not_converged",
-        f"the covariance has not come down: the start value still weighs {values[-1]:.2g} "
+        f"the covariance has not come down: the start value still weighs {figure(values[-1], 2)} "
         f"(limit {MAX_PRIOR_SHARE:g}), most in {worst}; {_advice(worst, settings)}",
     )
 

@@ -12,6 +12,7 @@ from calib.held_out.selection import UPGRADES, InputChoice
 from calib.models.inputs import InputGroup, axis_columns, correlation
 from calib.numerics.colour import inflation
 from calib.observability import MAX_STD_FRACTION
+from scenarios.text import figure
 
 SURVIVES = 0.3
 """Least share of an input's changes that offset and matrix cannot follow; an input below follows the attitude."""
@@ -34,15 +35,15 @@ def _lost(models: InputModels, choice: InputChoice, group: InputGroup) -> str:
     """Why a field of MAX_STD_FRACTION of the Earth's, at an input's largest value, would be missed; "" if seen."""
     if not group.varies:
         middle, span = float(np.median(group.signals[:, 0])), float(group.span[0])
-        what = f"{group.called} stays at {middle:.3g} (within {span:.2g})"
+        what = f"{group.called} stays at {figure(middle)} (within {figure(span, 2)})"
         return f"{what}: its field cannot be told from the offset"
     hidden_nT = SURE * uncertain_nT(models, choice, group)
     if hidden_nT <= MAX_STD_FRACTION * models.strength_nT:
         return ""
     share = surviving(models, group)
     why = "follows the attitude" if share < SURVIVES else "varies too little"
-    limit = f"a field of {hidden_nT:.3g} nT at its largest value cannot be excluded"
-    return f"{group.called} {why} ({100 * share:.2g} % of its changes do not look like iron): {limit}"
+    limit = f"a field of {figure(hidden_nT)} nT at its largest value cannot be excluded"
+    return f"{group.called} {why} ({figure(100 * share, 2)} % of its changes do not look like iron): {limit}"
 
 
 def uncertain_nT(models: InputModels, choice: InputChoice, group: InputGroup) -> float:

@@ -19,6 +19,7 @@ from calib.search.population import SearchResult, search
 from calib.settings import Count, Positive, Probability
 from recordings import Recording
 from scenarios.arrays import Array
+from scenarios.text import figure
 
 MAX_STD = 0.01
 """Unobservable: a direction cosine less certain than this."""
@@ -93,7 +94,8 @@ class DeTurntable(Calibrator):
                 "not_applicable",
                 (
                     f"{self.name} needs a turn about the vertical alone, and the measurements leave a plane by "
-                    f"{wobble_nT:.3g} nT rms (limit {self.most_wobble * strength_nT:.3g} nT): use another method"
+                    f"{figure(wobble_nT)} nT rms (limit {figure(self.most_wobble * strength_nT)} nT): use another "
+                    "method"
                 ),
             )
         if abs(axis[2]) < UPRIGHT:
@@ -128,8 +130,8 @@ def _misfit(left: Residuals, strength_nT: float) -> Status | None:
         return None
     return unobservable(
         np.array([0.0, 0.0, 1.0]),
-        f"the corrected total still varies by {total * strength_nT:.3g} nT rms where z varies by "
-        f"{vertical * strength_nT:.3g} nT, so there are offsets or unequal scales, which a turn about the "
+        f"the corrected total still varies by {figure(total * strength_nT)} nT rms where z varies by "
+        f"{figure(vertical * strength_nT)} nT, so there are offsets or unequal scales, which a turn about the "
         "vertical alone cannot sort out",
     )
 
@@ -137,7 +139,7 @@ def _misfit(left: Residuals, strength_nT: float) -> Status | None:
 def _loose(covariance: Array) -> Status | None:
     """Unobservable when a direction cosine is less certain than MAX_STD."""
     std = np.sqrt(np.diag(covariance))
-    loose = [f"{name} ({s:.2g})" for name, s in zip(NAMES, std, strict=True) if s > MAX_STD]
+    loose = [f"{name} ({figure(s, 2)})" for name, s in zip(NAMES, std, strict=True) if s > MAX_STD]
     if not loose:
         return None
     return Status(
@@ -152,5 +154,5 @@ def _settled(left: Residuals, noise: float) -> Status:
     decrement = float(np.sqrt(left.slope @ np.linalg.solve(left.normal, left.slope))) / noise
     return Status.settled(
         decrement <= SETTLED,
-        f"the search ended {decrement:.2g} standard deviations from the minimum: more iterations",
+        f"the search ended {figure(decrement, 2)} standard deviations from the minimum: more iterations",
     )

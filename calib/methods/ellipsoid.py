@@ -16,6 +16,7 @@ from calib.result import Calibration, Status
 from calib.settings import Count, Positive
 from recordings import Recording
 from scenarios.arrays import Array
+from scenarios.text import figure
 
 MANY = 20_000
 """Samples, evenly spaced, that suffice for a first estimate: refits to all samples start from there."""
@@ -52,7 +53,8 @@ class EllipsoidCalibrator(Calibrator):
             why = "the quadric that fits the measurements best is not an ellipsoid"
             return unobservable(Extent.of(recording.mag_nT).thinnest, why)
         status = Status.settled(
-            settled, f"after {self.rounds} rounds the estimate still moves by {history[-1]:.2g} standard deviations"
+            settled,
+            f"after {self.rounds} rounds the estimate still moves by {figure(history[-1], 2)} standard deviations",
         )
         return scaled.calibration(self.name, status, estimate, reference)
 

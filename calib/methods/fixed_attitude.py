@@ -16,6 +16,7 @@ from calib.result import OFFSET_NAMES, Calibration, Status
 from calib.settings import NotNegative
 from recordings import Recording
 from scenarios.arrays import Array
+from scenarios.text import figure
 
 OFFSET_ALONE = "the offset alone, for attitudes near the recorded one: soft iron counts as offset"
 MOST_TURN_DEG = 5.0
@@ -50,7 +51,7 @@ class FixedAttitude(Calibrator):
             return Status("not_applicable", f"{self.name} needs the attitude: record att_qw, ..., or give heading_deg")
         turn_deg = float(np.degrees(np.sqrt(np.mean(rotation_angles(q) ** 2))))
         if turn_deg > MOST_TURN_DEG:
-            what = f"the vehicle turns, by {turn_deg:.3g} degrees rms"
+            what = f"the vehicle turns, by {figure(turn_deg)} degrees rms"
             return Status("not_applicable", f"{what}: take vector_least_squares or ellipsoid")
         field_nT = world_to_body(q, np.array(reference.field_enu_nT))
         error_nT = recording.mag_nT - field_nT

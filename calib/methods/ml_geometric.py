@@ -27,6 +27,7 @@ from calib.result import STRENGTH_NAME, Calibration, Status
 from calib.settings import Count, Positive
 from recordings import Recording
 from scenarios.arrays import Array
+from scenarios.text import figure
 
 PARAMETERS = 9
 ROUNDING_VARIANCE = 1e-18
@@ -69,7 +70,8 @@ class MaximumLikelihoodGeometric(Calibrator):
         found, problem = self._minimum(scaled.x)
         status = Status.settled(
             found.settled,
-            f"after {len(found.history)} steps the estimate still moves by {found.history[-1]:.2g} standard deviations",
+            f"after {len(found.history)} steps the estimate still moves by {figure(found.history[-1], 2)} "
+            "standard deviations",
         )
         fit = problem.fit(found)
         if self.strength_known:

@@ -19,6 +19,7 @@ from calib.settings import Count, Positive
 from recordings import Recording
 from scenarios.arrays import Array
 from scenarios.errors import InputError
+from scenarios.text import figure
 
 Vec3 = tuple[float, float, float]
 MAX_GAIN = 20.0
@@ -78,7 +79,7 @@ class MaximumLikelihoodNewton(Calibrator):
             return Calibration(name=self.name, status=wrong, parameters=noise, history=history)
         status = Status.settled(
             settled,
-            f"after {len(history)} Newton steps the gradient is still {history[-1]:.2g} standard "
+            f"after {len(history)} Newton steps the gradient is still {figure(history[-1], 2)} standard "
             f"deviations, the limit is {self.gradient_tolerance:g}",
         )
         found = scaled.calibration(self.name, status, norm_fit(p, scaled.x, history), reference)
@@ -162,7 +163,7 @@ def _wrong_minimum(p: Array, scaled: Standardised, noise_std: float) -> Status |
     if residual > RESIDUAL_RATIO * noise_std + SCATTER_ROUNDING:
         return Status(
             "not_converged",
-            f"a local minimum: its residual is {residual * scaled.scale_nT:.3g} nT where "
-            f"the two-step estimate leaves {noise_std * scaled.scale_nT:.3g} nT; start nearer",
+            f"a local minimum: its residual is {figure(residual * scaled.scale_nT)} nT where "
+            f"the two-step estimate leaves {figure(noise_std * scaled.scale_nT)} nT; start nearer",
         )
     return None

@@ -17,6 +17,7 @@ from calib.result import OFFSET_NAMES, STRENGTH_NAME, Calibration, Status
 from calib.settings import Positive
 from recordings import Recording
 from scenarios.arrays import Array
+from scenarios.text import figure
 
 NAMES = (*OFFSET_NAMES[:2], "S_xx", "S_xy", "S_yy")
 UPPER = np.triu_indices(2)
@@ -81,7 +82,7 @@ class Planar(Calibrator):
         """
         radius_nT = float(np.sqrt(extent.variance[1:].sum()))
         if extent.thickness_nT > self.most_thickness * radius_nT:
-            what = f"the measurements leave a plane by {extent.thickness_nT:.3g} nT rms"
+            what = f"the measurements leave a plane by {figure(extent.thickness_nT)} nT rms"
             return Status("not_applicable", f"{self.name} needs a level turn, and {what}: take ellipsoid")
         if abs(extent.thinnest[2]) < UPRIGHT:
             what = f"needs a turn about the sensor's z axis, and this one is about {axis_text(extent.thinnest)}"
@@ -102,14 +103,16 @@ def _status(ellipse: Ellipse, soft: Array, covariance: Array) -> Status:
     radius_nT = ellipse.radius_nT
     misfit_nT = float(np.median(np.abs(ellipse.distance_nT)))
     if misfit_nT > MAX_MISFIT_FRACTION * radius_nT:
-        what = f"the measurements are {misfit_nT:.3g} nT from the ellipse, of {radius_nT:.3g} nT radius"
+        what = f"the measurements are {figure(misfit_nT)} nT from the ellipse, of {figure(radius_nT)} nT radius"
         return Status("not_converged", f"{what}: turn level, away from iron, and check the axes")
     variance, axes = np.linalg.eigh(covariance[:2, :2])
     worst_nT, where = float(np.sqrt(max(variance[-1], 0.0))), np.array([*axes[:, -1], 0.0])
     loose = float(np.sqrt(max(np.diag(covariance)[2:].max(), 0.0))) / float(np.sqrt(np.linalg.det(soft)))
     if worst_nT > MAX_STD_FRACTION * radius_nT or loose > MAX_STD_FRACTION:
-        what = f"the offset along {axis_text(where)} cannot be determined: its standard deviation is {worst_nT:.3g} nT"
+        what = (
+            f"the offset along {axis_text(where)} cannot be determined: its standard deviation is {figure(worst_nT)} nT"
+        )
         share = 100 * worst_nT / radius_nT
-        limit = f"{share:.3g} % of the horizontal field, the limit is {100 * MAX_STD_FRACTION:g} %"
+        limit = f"{figure(share)} % of the horizontal field, the limit is {100 * MAX_STD_FRACTION:g} %"
         return Status("unobservable", f"{what} ({limit}); turn through a whole circle, level")
     return Status("ok", LEVEL_ALONE) if ellipse.settled else Status("not_converged", "the fit did not settle")

@@ -14,6 +14,7 @@ from calib.observability import MAX_STD_FRACTION
 from calib.reference import Reference
 from calib.result import OFFSET_NAMES, Calibration, Status
 from recordings import Recording
+from scenarios.text import figure
 
 NAMES = (*OFFSET_NAMES, "scale")
 CAVEAT_FRACTION = 0.001
@@ -61,7 +62,7 @@ def _soft_iron_status(bias: float, unknown: float, strength_nT: float) -> Status
 
     Ok with a caveat where it may move it by more than CAVEAT_FRACTION: by a bias that shows, or unseen.
     """
-    moved = f"which would move its centre by about {max(bias, unknown) * strength_nT:.3g} nT on this motion"
+    moved = f"which would move its centre by about {figure(max(bias, unknown) * strength_nT)} nT on this motion"
     if bias > MAX_STD_FRACTION:
         what = f"the measurements are not on a sphere: this method cannot rule out soft iron, {moved}"
         return Status("unobservable", f"{what}; use ellipsoid, or cover all attitudes evenly")

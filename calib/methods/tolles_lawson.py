@@ -18,6 +18,7 @@ from calib.result import Calibration, Status
 from calib.settings import Band, NotNegative
 from recordings import Recording
 from scenarios.arrays import Array
+from scenarios.text import figure
 
 MOST_BLOCKS, LEAST_BLOCKS = 20, 6
 """Blocks held out in turn; of fewer than six the interval of the gain is wider than twice the spread of a block."""
@@ -185,7 +186,8 @@ def _band_hz(recording: Recording) -> tuple[float, float]:
 def _too_short(length_s: float, band_hz: tuple[float, float]) -> str:
     least_s = LEAST_BLOCKS * PERIODS / band_hz[0]
     return (
-        f"{length_s:.3g} s are too short to hold parts out in the band {_edges(band_hz)}: record {least_s:.3g} s or "
+        f"{figure(length_s)} s are too short to hold parts out in the band {_edges(band_hz)}: record "
+        f"{figure(least_s)} s or "
         "more of pitch, roll and yaw manoeuvres, or give a higher band_hz"
     )
 
@@ -197,7 +199,8 @@ def _status(before_nT: float, after_nT: float, error: float, sides: _Sides, *, g
     if error <= MOST_ERROR:
         return Status("ok")
     reason = (
-        f"on other headings the vehicle's field is known to {100.0 * error:.2g} % only (limit {100.0 * MOST_ERROR:g} "
+        f"on other headings the vehicle's field is known to {figure(100.0 * error, 2)} % only (limit "
+        f"{100.0 * MOST_ERROR:g} "
         "%): a leg elsewhere may get worse; every term is 0; fly pitch, roll and yaw manoeuvres on four headings"
     )
     return Status("unobservable", reason)
@@ -208,12 +211,13 @@ def _not_seen(before_nT: float, after_nT: float, sides: _Sides) -> Status:
     if before_nT > LEAST_GAIN * after_nT:
         what = "the terms of most of this log make other parts of it worse, or not surely better"
     reason = (
-        f"{what}: on {sides.blocks} held-out parts the strength is off by {before_nT:.3g} nT rms raw and "
-        f"{after_nT:.3g} nT compensated, {_edges(sides.band_hz)}; every term is 0; leave the strength as measured, or "
+        f"{what}: on {sides.blocks} held-out parts the strength is off by {figure(before_nT)} nT rms raw and "
+        f"{figure(after_nT)} nT compensated, {_edges(sides.band_hz)}; every term is 0; leave the strength as "
+        "measured, or "
         "fly stronger pitch, roll and yaw manoeuvres on four headings"
     )
     return Status("unobservable", reason)
 
 
 def _edges(band_hz: tuple[float, float]) -> str:
-    return f"{band_hz[0]:.3g} to {band_hz[1]:.3g} Hz"
+    return f"{figure(band_hz[0])} to {figure(band_hz[1])} Hz"

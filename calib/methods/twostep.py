@@ -23,6 +23,7 @@ from calib.result import Calibration, Status
 from calib.settings import Count, Positive
 from recordings import Recording
 from scenarios.arrays import Array
+from scenarios.text import figure
 
 HALVINGS = 30
 PART = 100_000
@@ -62,7 +63,7 @@ class TwoStep(Calibrator):
         status = Status.settled(
             found.move < self.tolerance,
             f"after {len(found.history)} steps in at most {self.rounds} rounds the estimate still moves by "
-            f"{found.move:.2g} standard deviations, the limit is {self.tolerance:g}",
+            f"{figure(found.move, 2)} standard deviations, the limit is {self.tolerance:g}",
         )
         return scaled.calibration(self.name, status, fit, reference)
 

@@ -16,6 +16,7 @@ from calib.result import Calibration, Status
 from calib.settings import Count, Positive
 from recordings import Recording
 from scenarios.arrays import Array
+from scenarios.text import figure
 
 TEMPERING = (30.0, 3.0, 1.0, 1.0)
 """Noise of each run over the recording, in units of the assumed one."""
@@ -94,7 +95,7 @@ def _status(moved: float, matrix: Array) -> Status:
     if moved > MAX_MOVE or np.linalg.eigvalsh(matrix)[0] <= 0:
         return Status(
             "not_converged",
-            f"the last run over the recording still moved the estimate by {moved:.2g} "
+            f"the last run over the recording still moved the estimate by {figure(moved, 2)} "
             "standard deviations: the strength alone says too little on this motion; turn about all axes",
         )
     return Status("ok")

@@ -22,6 +22,7 @@ from sim.effects.traits import LATE
 from sim.rotation import matrix_from_q, to_body
 from validation.signals.amplitude import rms
 from validation.signals.quaternion_conventions import match_rates
+from validation.text import figure
 
 FARTHEST, SETTLED_S = 3.0, 1e-6
 """Largest lead tried, over the first guess, and the accuracy of the search."""
@@ -149,10 +150,11 @@ def _with_lead(problem: LinearProblem, q_at: CubicSpline, lead_s: float) -> Line
 
 
 def _correction(lead_s: float, before_nT: float, after_nT: float, field_enu_nT: Array) -> ReferenceCorrection:
-    late = f"{1e3 * lead_s:.3g} ms"
+    late = f"{figure(1e3 * lead_s)} ms"
     figures = (
-        f"Correct the time stamps: with the attitude {late} earlier the gap falls from {before_nT:.3g} to "
-        f"{after_nT:.3g} nT, and the rest was found so. An eddy_current of {lead_s:.3g} s alike on all axes, which is "
+        f"Correct the time stamps: with the attitude {late} earlier the gap falls from {figure(before_nT)} to "
+        f"{figure(after_nT)} nT, and the rest was found so. An eddy_current of {figure(lead_s)} s alike on "
+        "all axes, which is "
         "ahead of the field and not behind it, would look the same."
     )
     return ReferenceCorrection(

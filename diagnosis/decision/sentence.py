@@ -15,7 +15,7 @@ from recordings.channels import current_name
 from sim.effects.base import Effect
 from sim.effects.linearisation import linearise
 from sim.state import State
-from validation.text import digits, short
+from validation.text import digits, figure, short
 
 LISTED_CHANNELS = 3
 """Number of channels listed in a sentence."""
@@ -122,7 +122,7 @@ def describe_effect(
     driver, whose = _drivers(cause, logged or {})
     unit = parameter.unit.replace("/A", " per unit") if driver else parameter.unit
     size = (" on average" if straight is not cause.effect else "") + (
-        f", {cause.strength:.2g} sigma" if cause.strength else ""
+        f", {figure(cause.strength, 2)} sigma" if cause.strength else ""
     )
     return f"{cause.name}{either}{driver}{when}: {parameter.name}{whose} {value} {unit}".rstrip() + size
 

@@ -13,6 +13,7 @@ from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
 from scenarios.arrays import Array
 from validation.signals.amplitude import rms
+from validation.text import figure
 
 Places = NDArray[np.int64]
 NORMAL_MAD = 1.4826
@@ -42,7 +43,10 @@ class ActivePart:
         """ "from 312 s to 548 s (phase spiral, heading 90°, 19 % of the run)"."""
         phase = f"phase {self.phase}, " if self.phase else ""
         heading = "" if self.heading_deg is None else f"heading {self.heading_deg:.0f}°, "
-        return f"from {self.from_s:.4g} s to {self.to_s:.4g} s ({phase}{heading}{100 * self.share:.0f} % of the run)"
+        return (
+            f"from {figure(self.from_s, 4)} s to {figure(self.to_s, 4)} s "
+            f"({phase}{heading}{100 * self.share:.0f} % of the run)"
+        )
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from diagnosis.problem.linear import LinearProblem, ReferenceCorrection, sample_
 from scenarios.arrays import Array
 from sim.rotation import to_body
 from validation.signals.amplitude import column_rms, rms
-from validation.text import digits
+from validation.text import digits, figure
 
 OWN_HEADING = "The heading was computed from this very magnetometer"
 COMPASS = f"{OWN_HEADING}: only the field's strength and dip were compared."
@@ -47,7 +47,8 @@ def pose_without_dip(problem: LinearProblem, dip_nT: float) -> LinearProblem:
     *before, done = problem.corrections
     strength_nT = float(np.linalg.norm(done.field_enu_nT))
     words = (
-        f"{OWN_HEADING}, and the dip is off by {digits(dip_nT)} nT ({np.degrees(dip_nT / strength_nT):.2g} degrees), "
+        f"{OWN_HEADING}, and the dip is off by {digits(dip_nT)} nT "
+        f"({figure(np.degrees(dip_nT / strength_nT), 2)} degrees), "
         "as roll and pitch that err make it: only the field's strength was compared."
     )
     return pose_again(replace(problem, corrections=tuple(before)), problem.recording, None, replace(done, words=words))
@@ -68,8 +69,8 @@ class MisreadField:
         east, north, up = (f"{value:.0f}" for value in self.field_enu_nT)
         words = f"The given field is not east, north, up ({self.how}) and was read anew."
         figures = (
-            f"Correct the given field: with ({east}, {north}, {up}) nT the gap falls from {self.before_nT:.3g} to "
-            f"{self.after_nT:.3g} nT, and the rest was found with it."
+            f"Correct the given field: with ({east}, {north}, {up}) nT the gap falls from {figure(self.before_nT)} to "
+            f"{figure(self.after_nT)} nT, and the rest was found with it."
         )
         return ReferenceCorrection(words, figures, self.field_enu_nT)
 
@@ -106,7 +107,7 @@ class HeadingEvidence:
         noise_nT = max(self.noise_nT, LEAST_SHOWN_NT)
         figures = (
             "Log a heading of another instrument: towards magnetic east, where a heading shows, the field has "
-            f"{noise_nT:.3g} nT of noise, elsewhere {self.other_noise_nT:.3g} nT. The logged one repeats the "
+            f"{figure(noise_nT)} nT of noise, elsewhere {figure(self.other_noise_nT)} nT. The logged one repeats the "
             "magnetometer's errors, and was left out."
         )
         return ReferenceCorrection(words, figures, field_enu_nT)

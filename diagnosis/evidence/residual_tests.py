@@ -13,6 +13,7 @@ from diagnosis.policy import Policy
 from diagnosis.problem.blocks import Cut
 from scenarios.arrays import Array
 from validation.signals.tones import tones
+from validation.text import figure
 
 MOST_TONES = 5
 """Number of tones listed at most."""
@@ -50,11 +51,11 @@ def run_residual_tests(
         scaled /= variance
         excess[length_s] = float(scaled.mean())
         if chi2.sf(scaled.sum(), scaled.size) < policy.means_alarm / len(policy.mean_lengths_s):
-            why.append(f"means over {length_s:.3g} s vary {excess[length_s]:.1f} times as much as white noise's")
+            why.append(f"means over {figure(length_s)} s vary {excess[length_s]:.1f} times as much as white noise's")
     whole = bridge_unused(time_s, residual, usable)
     lines = tuple(tone.frequency_hz for tone in tones(time_s, whole, false_alarm=policy.tone_alarm)[:MOST_TONES])
     if lines:
-        why.append("tones at " + ", ".join(f"{f:.4g} Hz" for f in lines))
+        why.append("tones at " + ", ".join(f"{figure(f, 4)} Hz" for f in lines))
     kurtosis = _kurtosis(residual, usable)
     if kurtosis > policy.tail_sigma * np.sqrt(24 / residual.size) + policy.tail_excess:
         why.append(f"heavy tails: excess kurtosis {kurtosis:.1f}")

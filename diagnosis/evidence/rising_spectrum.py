@@ -17,6 +17,7 @@ from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
 from scenarios.arrays import Array
 from validation.signals.bands import Bands
+from validation.text import figure
 
 
 @dataclass(frozen=True)
@@ -60,7 +61,7 @@ class RisingSpectrum:
     @property
     def words(self) -> str:
         """The frequency range in words."""
-        return f"structure between {self.low_hz:.2g} and {self.high_hz:.2g} Hz"
+        return f"structure between {figure(self.low_hz, 2)} and {figure(self.high_hz, 2)} Hz"
 
 
 def _stretch(which: NDArray[np.bool_]) -> slice:

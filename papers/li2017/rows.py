@@ -55,7 +55,7 @@ def _permanent_field(trials: Trials, long: list[Array]) -> list[PaperRow]:
     for n, left in zip(LONG, long, strict=True):
         rows.append(
             PaperRow(
-                f"original filter: T_p error after {n:,} samples",
+                f"original filter: T_p error after {n} samples",
                 "moves to the truth extremely slowly",
                 f"{left.mean():.2f} % (mean of x y z, one seed)",
                 verdict_of(T_p.mean() < left.mean() < -50),

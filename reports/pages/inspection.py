@@ -15,8 +15,8 @@ from reports.plots.inspection import (
     draw_spectrum,
     draw_strength,
 )
-from reports.text.inspection import MARKS, finding_name, value_and_unit
-from validation.inspection.inspection import Inspection, headline
+from reports.text.inspection import MARKS, answer_texts, attention_points, finding_name, value_and_unit
+from validation.inspection.inspection import Inspection
 from validation.inspection.sensor_data import SensorData
 from validation.policy import POLICY
 
@@ -63,8 +63,8 @@ def _page(inspection: Inspection) -> dict[str, Any]:
     sections = groupby(inspection.findings, key=lambda finding: finding.section)
     return {
         "file": inspection.log.path.name,
-        "lead": headline(inspection),
-        "warnings": [finding.text for finding in inspection.warnings],
+        "answer": answer_texts(inspection),
+        "attention": attention_points(inspection),
         "sections": [
             (title, [(finding_name(f), MARKS[f.level], *value_and_unit(f), f.text) for f in findings])
             for title, findings in sections

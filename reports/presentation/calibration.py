@@ -175,7 +175,7 @@ def _residual(
         return (), ()
     measured = of_sensor(recording, best)
     residual = strength_residual(results[best], measured, reference)
-    phases = ((one.phase, f"{one.samples:,}", one.mean_nT, one.rms_nT) for one in by_phase(residual, measured))
+    phases = ((one.phase, f"{one.samples}", one.mean_nT, one.rms_nT) for one in by_phase(residual, measured))
     channels = ((one.channel, 100 * one.share, one.slope_nT) for one in by_channel(residual, measured)[:MOST_CHANNELS])
     return tuple(map(_texts, phases)), tuple(map(_texts, channels))
 

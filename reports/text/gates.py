@@ -65,7 +65,7 @@ def advice(outcome: GateOutcome) -> str:
         return "find what changed since the last pass; raise the limit only if the new score is intended"
     more = outcome.more_trials
     if more is None:
-        return f"no number of trials up to {MOST_TRIALS:,} decides at this rate; set a limit farther from the score"
+        return f"no number of trials up to {MOST_TRIALS} decides at this rate; set a limit farther from the score"
     total = outcome.decision.trials + more
     return f"at this rate {counted(more, 'more trial')} would decide: max_trials = {total}, or a limit farther away"
 

@@ -55,7 +55,7 @@ def _text(value: Any) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, int):
-        return f"{value:,}"
+        return f"{value}"
     if isinstance(value, float | np.floating):
         return figure(float(value))
     if isinstance(value, list) and 0 < len(value) <= MOST_NUMBERS and all(isinstance(v, float | int) for v in value):

@@ -120,7 +120,7 @@ def test_reason_and_parameters_say_how_many_were_left_out():
     fit = get("ellipsoid").fit(spoilt, REFERENCE)
     count = int(fit.parameters["wild_samples"])
     assert abs(count - np.count_nonzero(bad)) <= 1
-    assert f"{count} of 3,000 samples (" in fit.status.reason
+    assert f"{count} of 3000 samples (" in fit.status.reason
     assert fit.status.reason.endswith("were left out")
 
 

@@ -203,7 +203,7 @@ CASES: dict[str, tuple[Make, list[str], tuple[str, ...]]] = {
         [],
         ("all three axes are constant", "mag_z_nT"),
     ),
-    "field in uT": (times(1e-3), [], ("mag_x_nT", "not between 1,000 and 500,000 nT", "like uT", "unit=uT")),
+    "field in uT": (times(1e-3), [], ("mag_x_nT", "not between 1000 and 500000 nT", "like uT", "unit=uT")),
     "field in mG": (times(1e-2), [], ("like mG", "--map mag_x_nT=<column>,unit=mG")),
     "field in G": (times(1e-5), [], ("like G", "unit=G")),
     "field in T": (times(1e-9), [], ("like T", "unit=T")),

@@ -22,8 +22,8 @@ from validation.text import (
 
 @pytest.mark.parametrize(
     ("value", "text"),
-    [(0.0, "0"), (-0.0, "0"), (1234.5, "1,234"), (12.345, "12.3"), (12.0, "12"), (-0.0012, "-0.0012"),
-     (1.5e-7, "1.5e-07"), (2.5e9, "2.5e+09"), (9.999, "10"), (1e7, "1e+07"), (999.96, "1,000"),
+    [(0.0, "0"), (-0.0, "0"), (1234.5, "1234"), (12.345, "12.3"), (12.0, "12"), (-0.0012, "-0.0012"),
+     (1.5e-7, "1.5e-7"), (2.5e9, "2.5e9"), (9.999, "10"), (1e6, "1e6"), (999.96, "1000"),
      (float("nan"), "–"), (float("-inf"), "–")],
 )  # fmt: skip
 def test_figure(value: float, text: str) -> None:
@@ -32,20 +32,20 @@ def test_figure(value: float, text: str) -> None:
 
 @pytest.mark.parametrize(
     ("value", "text"),
-    [(0.0, "0"), (1234.5, "1\u2009234"), (12.345, "12.3"), (-0.00123456, "−0.00123"), (1.5e-7, "1.50e−07"),
-     (float("nan"), "–"), (float("inf"), "–"), (2.5e9, "2.50e+09"), (9.999, "10.00"), (12.0, "12.0")],
+    [(0.0, "0"), (1234.5, "1234"), (12.345, "12.3"), (-0.00123456, "−0.00123"), (1.5e-7, "1.50e−7"),
+     (float("nan"), "–"), (float("inf"), "–"), (2.5e9, "2.50e9"), (9.999, "10.00"), (12.0, "12.0")],
 )  # fmt: skip
 def test_digits_keep_what_was_measured(value: float, text: str) -> None:
     assert digits(value) == text
 
 
 def test_given_numbers_stay_as_given() -> None:
-    assert plainly(-50_000.5) == "−50\u2009000.5"
+    assert plainly(-50_000.5) == "−50000.5"
     assert plainly(3) == "3"
 
 
 def test_a_degree_follows_its_number_and_other_units_a_space() -> None:
-    assert [quantity(1234.5, "nT"), quantity(0.021, "deg"), quantity(0.5, "")] == ["1,234 nT", "0.021°", "0.5"]
+    assert [quantity(1234.5, "nT"), quantity(0.021, "deg"), quantity(0.5, "")] == ["1234 nT", "0.021°", "0.5"]
 
 
 def test_a_clause_becomes_a_sentence() -> None:
@@ -54,14 +54,14 @@ def test_a_clause_becomes_a_sentence() -> None:
 
 def test_figures_are_one_where_all_are_the_same() -> None:
     assert figures([5.0, 5.001, 5.002]) == "5"
-    assert figures([1.0, 2.0, 30_000.0]) == "1, 2 and 30,000"
+    assert figures([1.0, 2.0, 30_000.0]) == "1, 2 and 30000"
 
 
 def test_listed() -> None:
     assert [listed(["a", "b", "c"][:k]) for k in range(4)] == ["", "a", "a and b", "a, b and c"]
 
 
-@pytest.mark.parametrize(("number", "text"), [(0, "no gap"), (1, "1 gap"), (2, "2 gaps"), (1500, "1,500 gaps")])
+@pytest.mark.parametrize(("number", "text"), [(0, "no gap"), (1, "1 gap"), (2, "2 gaps"), (1500, "1500 gaps")])
 def test_counted(number: int, text: str) -> None:
     assert counted(number, "gap") == text
 

@@ -59,7 +59,7 @@ def headline(found: BoundAnswer) -> str:
         else "no method can find the whole offset"
     )
     samples, noise = len(found.known.field_nT), figure(found.known.noise_std_nT)
-    lines = [f"{least} from {samples:,} samples with {noise} nT of white noise{_beside(found.known.colour)}"]
+    lines = [f"{least} from {samples} samples with {noise} nT of white noise{_beside(found.known.colour)}"]
     lines += [f"cannot be separated: {one.what}; {one.why}" for one in found.weak]
     lines += list(dict.fromkeys(one.remedy for one in found.weak))
     lines += [] if found.limit is None else [_limit(found.limit, size)]
@@ -89,7 +89,7 @@ def _limit(least: Limit, size: float) -> str:
 def rows(found: BoundAnswer) -> list[Row]:
     """Return a row for each axis: standard deviations of offset and matrix row."""
     axes = zip(AXES, found.bound.offset_std_nT, found.bound.matrix_std, strict=True)
-    return [(axis, figure(offset), *(f"{value:.3g}" for value in matrix)) for axis, offset, matrix in axes]
+    return [(axis, figure(offset), *map(figure, matrix)) for axis, offset, matrix in axes]
 
 
 def score_rows(used: tuple[ScoreBound, ...]) -> list[Row]:

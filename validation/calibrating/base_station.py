@@ -25,6 +25,7 @@ from recordings.readers import load
 from recordings.readers.iaga import NO_BODY_FRAME
 from scenarios.arrays import Array
 from scenarios.errors import InputError
+from validation.text import figure
 
 ROUNDS = 3
 """Fits by which offset and matrix are found that the change is taken off about; the change is a small part of F."""
@@ -120,7 +121,7 @@ class WithoutChange:
     def line(self) -> str:
         """What was done, in one line."""
         how = "as a vector, by the attitude" if self.by_vector else "along the measured field"
-        size = f"{self.low_nT:.3g} to {self.high_nT:.3g} nT"
+        size = f"{figure(self.low_nT)} to {figure(self.high_nT)} nT"
         return f"base station {self.station}: the day's change of the strength, {size}, is taken off {how}"
 
     def summary(self) -> dict[str, Any]:

@@ -98,7 +98,7 @@ def _watch(child: subprocess.Popen[bytes], place: Path, deadline_s: float) -> st
             return "stopped at the time limit"
         used_bytes, files = _used(place)
         if used_bytes - begun_bytes > MAX_DISK_BYTES or files > MAX_FILES:
-            return f"stopped: it wrote more than {MAX_DISK_BYTES >> 20} MB, or {MAX_FILES:,} files"
+            return f"stopped: it wrote more than {MAX_DISK_BYTES >> 20} MB, or {MAX_FILES} files"
         time.sleep(pause_s)
         pause_s = min(2 * pause_s, PAUSE_S[1])
     return ""

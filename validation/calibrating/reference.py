@@ -111,5 +111,5 @@ def _check_strength(strength_nT: float, where: str) -> None:
     if not low <= strength_nT <= high:
         unit = likely_unit(strength_nT)
         guess = f": it looks like {unit}" if unit else ""
-        what = f"a field of {strength_nT:g} nT is not between {low:,.0f} and {high:,.0f} nT{guess}"
+        what = f"a field of {strength_nT:g} nT is not between {low:.0f} and {high:.0f} nT{guess}"
         raise InputError(what, where=where, do="give it in nT")

@@ -8,6 +8,7 @@ from scenarios.errors import InputError
 from validation.gates.gate_file import SMALLEST_DEFECT, Gate
 from validation.gates.power import MOST_TRIALS, exceedance_of, fewest_trials, trials_to_fail
 from validation.gates.sequential import SequentialTest
+from validation.text import figure
 
 
 @dataclass(frozen=True)
@@ -28,7 +29,9 @@ def plan_gate(gate: Gate, false_fail_rate: float, where: str) -> GatePlan:
     test = SequentialTest(1.0 - gate.quantile, false_fail_rate, 1.0 - gate.power)
     fewest = fewest_trials(test)
     if gate.max_trials is not None and gate.max_trials < fewest:
-        what = f"within {gate.max_trials} trials nothing fails at a rate of false failures of {false_fail_rate:.2g}"
+        what = (
+            f"within {gate.max_trials} trials nothing fails at a rate of false failures of {figure(false_fail_rate, 2)}"
+        )
         raise InputError(what, where=f"{where}.max_trials", do=f"allow {fewest} or more")
     if gate.max_trials is not None and gate.smallest_defect is None:
         return GatePlan(gate, test, gate.max_trials)
@@ -41,8 +44,8 @@ def _max_trials(gate: Gate, test: SequentialTest, where: str) -> int:
     needed = trials_to_fail(test, exceedance_of(defect, gate.quantile, gate.spread), gate.power)
     most = gate.max_trials or MOST_TRIALS
     if needed is None or needed > most:
-        takes = f"{needed:,}" if needed else f"more than {MOST_TRIALS:,}"
-        what = f"a defect of {defect:g} times the limit takes {takes} trials, max_trials is {most:,}"
+        takes = f"{needed}" if needed else f"more than {MOST_TRIALS}"
+        what = f"a defect of {defect:g} times the limit takes {takes} trials, max_trials is {most}"
         spread = f"the spread of ln({gate.score_definition.name}) if it is below {gate.spread:g}"
         raise InputError(
             what, where=f"{where}.smallest_defect", do=f"allow more, name a greater defect, or state {spread}"

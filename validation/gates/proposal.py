@@ -150,7 +150,7 @@ def _limit(wanted: float, values: Array, test: SequentialTest) -> ProposedLimit:
 def cost(limit: ProposedLimit) -> str:
     """Return the trials needed to pass a limit, in words."""
     if limit.trials is None:
-        return f"Passing takes more than {MOST_TRIALS:,} trials"
+        return f"Passing takes more than {MOST_TRIALS} trials"
     return (
         f"Passing takes {limit.usually} trials in half of the runs, {limit.trials} at most in {100 * POWER:g} % of them"
     )

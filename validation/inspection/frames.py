@@ -68,7 +68,7 @@ def _norm(data: SensorData) -> Finding:
     worst, wrong = float(off.max()), int(np.count_nonzero(off > POLICY.norm_tolerance))
     if not wrong:
         return Finding(SECTION, "quaternion_norm", worst, "", "The quaternions have norm 1.")
-    text = f"{wrong:,} quaternions are off norm 1, by at most {figure(worst)}: check order and scale of the columns."
+    text = f"{wrong} quaternions are off norm 1, by at most {figure(worst)}: check order and scale of the columns."
     return Finding(SECTION, "quaternion_norm", worst, "", text, "warning")
 
 
@@ -86,12 +86,17 @@ def _gyro_by_attitude(data: SensorData, q: Array) -> Finding | None:
     value = {"share": given.share, "scale": given.scale, "angle_deg": given.angle_deg, "lag_s": given.lag_s}
     if best != EXPECTED:
         text = f"The quaternion is probably ({best}), but ({EXPECTED}) is expected: the rate explains "
-        text += f"{100 * matches[best].share:.3g} % of the gyro's variance, read as expected {100 * given.share:.3g} %"
-        text += "." if not given.angle_deg > POLICY.turned_deg else f" after a turn by {given.angle_deg:.3g} degrees."
+        text += (
+            f"{figure(100 * matches[best].share)} % of the gyro's variance, read as expected "
+            f"{figure(100 * given.share)} %"
+        )
+        text += (
+            "." if not given.angle_deg > POLICY.turned_deg else f" after a turn by {figure(given.angle_deg)} degrees."
+        )
         return Finding(SECTION, GYRO_FINDING, value, "", text, "warning")
     if given.share < POLICY.disagreeing_share:
         share = max(0.0, 100 * given.share)
-        text = f"The attitude's rate explains {share:.2g} % of the gyro's variance: attitude and gyro disagree."
+        text = f"The attitude's rate explains {figure(share, 2)} % of the gyro's variance: attitude and gyro disagree."
         return Finding(SECTION, GYRO_FINDING, value, "", text, "warning")
     return _agreeing(value, given)
 
@@ -113,7 +118,7 @@ def _likeliest(matches: dict[str, RateMatch]) -> str:
 
 def _agreeing(value: dict[str, float], given: RateMatch) -> Finding:
     """Return the finding for a gyro that the attitude explains: scale, lag and turn."""
-    text = f"The attitude's rate explains {100 * given.share:.3g} % of the gyro's variance"
+    text = f"The attitude's rate explains {figure(100 * given.share)} % of the gyro's variance"
     unit, lag, turn = _wrong_unit(given.scale), _lag(given.lag_s), _turn(given.angle_deg)
     faults = [fault for fault in (unit, lag, turn) if fault]
     if not faults:
@@ -137,7 +142,7 @@ def _lag(lag_s: float) -> str:
 
 def _turn(angle_deg: float) -> str:
     turned = angle_deg > POLICY.turned_deg
-    return f"the attitude's frame is turned by {angle_deg:.3g} degrees against the gyro's" if turned else ""
+    return f"the attitude's frame is turned by {figure(angle_deg)} degrees against the gyro's" if turned else ""
 
 
 def _gyro_flag(unit: str) -> str:
@@ -175,14 +180,14 @@ def _gravity(data: SensorData, q: Array) -> Finding | None:
         return finding
     tilt_deg = float(np.degrees(np.arccos(np.clip(mean[2] / np.linalg.norm(mean), -1, 1))))
     if tilt_deg < POLICY.upright_deg:
-        within = f", to within {tilt_deg:.2g} degrees" if tilt_deg >= LEAST_TOLD_DEG else ""
+        within = f", to within {figure(tilt_deg, 2)} degrees" if tilt_deg >= LEAST_TOLD_DEG else ""
         text = f"In the world frame the specific force points up{within}."
         return Finding(SECTION, "gravity", tilt_deg, "deg", text)
     upside_down_deg = 180 - tilt_deg
     if upside_down_deg < POLICY.upright_deg:
         text = "In the world frame the specific force points down: its sign is wrong, or the world's z axis points "
         return Finding(SECTION, "gravity", tilt_deg, "deg", f"{text}down; east, north, up is expected.", "warning")
-    text = f"In the world frame the specific force is {tilt_deg:.3g} degrees from up: the frames are turned."
+    text = f"In the world frame the specific force is {figure(tilt_deg)} degrees from up: the frames are turned."
     return Finding(SECTION, "gravity", tilt_deg, "deg", text, "warning")
 
 
@@ -194,8 +199,8 @@ def _field(data: SensorData, q: Array) -> Finding | None:
     east, north, up = mean
     down_deg = float(np.degrees(np.arctan2(-up, np.hypot(east, north))))
     from_north_deg = float(np.degrees(np.arctan2(east, north)))
-    vertical = f"{abs(down_deg):.3g} degrees {'below' if down_deg >= 0 else 'above'} the horizon"
-    side = f"{abs(from_north_deg):.3g} degrees {'east' if from_north_deg >= 0 else 'west'} of north"
+    vertical = f"{figure(abs(down_deg))} degrees {'below' if down_deg >= 0 else 'above'} the horizon"
+    side = f"{figure(abs(from_north_deg))} degrees {'east' if from_north_deg >= 0 else 'west'} of north"
     text = f"In the attitude's world frame the field points {vertical} and {side}"
     value = {"down_deg": down_deg, "east_of_north_deg": from_north_deg}
     if abs(from_north_deg) > POLICY.off_north_deg and abs(down_deg) < POLICY.steep_deg:

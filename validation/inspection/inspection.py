@@ -98,7 +98,7 @@ def _told(log: RawLog) -> Reference | None:
 
 def _one_of(runs: int, run: int) -> Finding:
     """Return a note on the run of a dataset that was inspected."""
-    text = f"The dataset has {runs:,} runs, and this is run {run}; select another with --run."
+    text = f"The dataset has {runs} runs, and this is run {run}; select another with --run."
     return Finding(SECTION, "runs", runs, "", text, "note")
 
 

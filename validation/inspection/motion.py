@@ -36,8 +36,8 @@ def _coverage(data: SensorData) -> Finding | None:
     share = len(np.unique(grid.index(seen))) / grid.total
     hole_deg, middle = largest_hole(seen)
     of = "as measured" if corrected is None else "after an ellipsoid fit"
-    text = f"The field directions in the body frame, {of}, cover {100 * share:.2g} % of the sphere; the largest hole "
-    text += f"has a radius of {figure(hole_deg, 2)} degrees, about {_pointing(middle)}"
+    text = f"The field directions in the body frame, {of}, cover {figure(100 * share, 2)} % of the sphere; "
+    text += f"the largest hole has a radius of {figure(hole_deg, 2)} degrees, about {_pointing(middle)}"
     level: Level = "ok" if hole_deg <= POLICY.small_hole_deg else "note"
     value = {"share": share, "hole_deg": hole_deg, "hole_at": middle.tolist()}
     return Finding(SECTION, "coverage", value, "", text + ".", level, data.sensor)
@@ -74,8 +74,8 @@ def _angles(data: SensorData, q: Array | None) -> Finding | None:
         known = q[np.isfinite(q).all(axis=1)]
         yaw, pitch, roll = euler_deg(known).T
         value = {"roll_deg": _arc(roll), "pitch_deg": float(np.ptp(pitch)), "heading_deg": _arc(yaw)}
-        text = f"Roll spans {value['roll_deg']:.3g}, pitch {value['pitch_deg']:.3g} and heading "
-        text += f"{value['heading_deg']:.3g} degrees."
+        text = f"Roll spans {figure(value['roll_deg'])}, pitch {figure(value['pitch_deg'])} and heading "
+        text += f"{figure(value['heading_deg'])} degrees."
         return Finding(SECTION, "angles", value, "deg", text)
     accel = data.series.accel_m_s2
     if accel is None:
@@ -83,7 +83,9 @@ def _angles(data: SensorData, q: Array | None) -> Finding | None:
     x, y, z = accel[np.isfinite(accel).all(axis=1)].T
     pitch, roll = np.degrees(np.arctan2(-x, np.hypot(y, z))), np.degrees(np.arctan2(y, z))
     value = {"roll_deg": _arc(roll), "pitch_deg": float(np.ptp(pitch))}
-    text = f"By the accelerometer, roll spans {value['roll_deg']:.3g} and pitch {value['pitch_deg']:.3g} degrees."
+    text = (
+        f"By the accelerometer, roll spans {figure(value['roll_deg'])} and pitch {figure(value['pitch_deg'])} degrees."
+    )
     return Finding(SECTION, "angles", value, "deg", text)
 
 
@@ -104,8 +106,8 @@ def _steady_turn(data: SensorData, q: Array | None) -> Finding | None:
     rms_deg_s = float(np.degrees(np.sqrt(np.mean(np.sum(rate**2, axis=1)))))
     value = {"rate_deg_s": rms_deg_s, "steady_share": steady}
     if steady > POLICY.steady_share and np.degrees(size) > POLICY.least_steady_deg_s:
-        turn = f"{np.degrees(size):.3g} deg/s about {axis_text(usual)}"
-        text = f"{100 * steady:.2g} % of the time the sensor turns at {turn}: at a constant rate eddy "
+        turn = f"{figure(np.degrees(size))} deg/s about {axis_text(usual)}"
+        text = f"{figure(100 * steady, 2)} % of the time the sensor turns at {turn}: at a constant rate eddy "
         text += "currents cannot be distinguished from soft iron; vary the rate."
         return Finding(SECTION, "rate", value, "deg/s", text, "note", data.sensor)
     text = f"The sensor turns at {figure(rms_deg_s)} deg/s rms, not at a constant rate."

@@ -12,7 +12,7 @@ from validation.inspection.log import RawLog
 from validation.policy import POLICY
 from validation.signals.faults import runs
 from validation.signals.held import stale
-from validation.text import counted, frequency
+from validation.text import counted, figure, frequency
 
 SECTION = "time"
 
@@ -75,16 +75,16 @@ def _rate(name: str, values: Array, stamps: Array) -> Finding | None:
     if fresh == 1:
         return Finding(SECTION, key, 0.0, "Hz", f"{head}one constant value.", "note")
     if rows < POLICY.sparse * len(values):
-        text = f"{head}a value in {100 * rows / len(values):.2g} % of the rows, {frequency(rows / length_s)}."
+        text = f"{head}a value in {figure(100 * rows / len(values), 2)} % of the rows, {frequency(rows / length_s)}."
         return Finding(SECTION, key, rows / length_s, "Hz", text, "note")
     if stale(values[known]):
         rate = fresh / length_s
-        text = f"{head}held, {frequency(rate)} (a new value in {100 * fresh / rows:.2g} % of the rows)."
+        text = f"{head}held, {frequency(rate)} (a new value in {figure(100 * fresh / rows, 2)} % of the rows)."
         return Finding(SECTION, key, rate, "Hz", text, "note")
     apart = interpolation_rows(values[known]) if fresh > POLICY.varying * rows else None
     if apart is not None:
         rate = rows / length_s / apart
-        text = f"{head}apparently interpolated from {frequency(rate)} (a kink every {apart:.3g} rows)."
+        text = f"{head}apparently interpolated from {frequency(rate)} (a kink every {figure(apart)} rows)."
         return Finding(SECTION, key, rate, "Hz", text, "note")
     return None if fresh > POLICY.new * rows else _seldom(key, head, fresh, length_s)
 

@@ -96,7 +96,9 @@ def _jitter(time_s: Array) -> Finding:
     share = jitter_s / usual
     if share < POLICY.constant_jitter:
         return Finding(SECTION, "jitter", jitter_s, "s", "The interval is constant.")
-    text = f"The interval varies by {100 * share:.2g} % rms, from {duration(kept.min())} to {duration(kept.max())}"
+    text = (
+        f"The interval varies by {figure(100 * share, 2)} % rms, from {duration(kept.min())} to {duration(kept.max())}"
+    )
     rounding_s = _rounding_s(time_s, kept)
     if rounding_s > 0 and jitter_s < rounding_s:
         text += f": no more than the time stamps' rounding to {duration(rounding_s)}"
@@ -141,7 +143,7 @@ def _order(stamps: Array) -> Finding:
     rows = np.flatnonzero(np.isfinite(stamps))
     step = np.diff(stamps[rows])
     counts = {"missing": missing, "repeated": int(np.sum(step == 0)), "decreasing": int(np.sum(step < 0))}
-    listed = [f"{number:,} {name}" for name, number in counts.items() if number]
+    listed = [f"{number} {name}" for name, number in counts.items() if number]
     if not listed:
         return Finding(SECTION, "order", counts, "", "Time stamps increase strictly.")
     text = f"Time stamps: {', '.join(listed)}"

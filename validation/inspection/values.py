@@ -25,7 +25,7 @@ def missing_finding(log: RawLog) -> Finding:
     counts = {name: count for name, count in counts.items() if count}
     if not counts:
         return Finding(SECTION, "missing", {}, "cells", "No cell is empty.")
-    listed = ", ".join(f"{name} {count:,}" for name, count in counts.items())
+    listed = ", ".join(f"{name} {count}" for name, count in counts.items())
     needed = any(name == "time_s" or name.startswith("mag") for name in counts)
     text = f"Empty or infinite cells: {listed}."
     return Finding(SECTION, "missing", counts, "cells", text, "warning" if needed else "note")
@@ -77,7 +77,9 @@ def _lattice(data: SensorData) -> Finding:
 def _off_lattice(data: SensorData) -> str:
     """Return the share of values off the lattice, in words."""
     share = min(lattice.share for lattice in data.lattices if lattice)
-    return f"; {100 - 100 * share:.2g} % of the values are not multiples" if share < POLICY.all_on_lattice else ""
+    return (
+        f"; {figure(100 - 100 * share, 2)} % of the values are not multiples" if share < POLICY.all_on_lattice else ""
+    )
 
 
 def _against_noise(ratio: float) -> str:
@@ -130,7 +132,11 @@ def _frozen(data: SensorData) -> Finding:
         return Finding(SECTION, "frozen", value, "", text, "warning", data.sensor)
     share = 100 * found.repeated / len(series)
     text = "The sensor as a whole is never frozen"
-    text += f"; {share:.2g} % of the rows repeat the previous row." if found.repeated else ", and no row is repeated."
+    text += (
+        f"; {figure(share, 2)} % of the rows repeat the previous row."
+        if found.repeated
+        else ", and no row is repeated."
+    )
     return Finding(SECTION, "frozen", value, "", text, "ok", data.sensor)
 
 

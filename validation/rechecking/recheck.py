@@ -23,6 +23,7 @@ from validation.rechecking.change import ChangeEstimate, estimate_change, of_old
 from validation.rechecking.heading import HeadingErrors, dip_of, heading_columns
 from validation.rechecking.parts import FALSE_ALARM, PartChange, changed_parts, motors_seen
 from validation.screening.screening import screen
+from validation.text import figure
 
 Answer = Literal["valid", "changed", "cannot tell"]
 TOLERANCE_DEG = 1.0
@@ -167,5 +168,5 @@ def _found_nT(old: Calibration, covariance: Array, tests: int) -> float:
 def _missing(covariance: Array, excluded_deg: float, tolerance_deg: float) -> str:
     """Return why the log does not decide, and what motion would."""
     axis = np.linalg.eigh(covariance[:3, :3])[1][:, -1]
-    what = f"a heading error of {excluded_deg:.2g} deg is not excluded (tolerance {tolerance_deg:g} deg)"
+    what = f"a heading error of {figure(excluded_deg, 2)} deg is not excluded (tolerance {tolerance_deg:g} deg)"
     return f"{what}, and no change is significant; record longer, and {remedy_text(axis)}"

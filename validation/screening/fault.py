@@ -76,6 +76,6 @@ def rows_text(rows: Mask) -> str:
     """Return marked rows in words, counted from 1: "row 4", "rows 151 to 600", or a count of scattered rows."""
     found = stretches(rows)
     if len(found) > MOST_STRETCHES:
-        return f"{np.count_nonzero(rows):,} rows"
+        return f"{np.count_nonzero(rows)} rows"
     parts = [str(a + 1) if a == b else f"{a + 1} to {b + 1}" for a, b in found]
     return f"row{'' if np.count_nonzero(rows) == 1 else 's'} {listed(parts)}"

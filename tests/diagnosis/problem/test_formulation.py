@@ -180,7 +180,7 @@ def test_a_few_wrong_samples_do_not_move_the_base_and_many_are_a_gap() -> None:
 
 def test_longer_than_any_moment_is_refused_with_what_it_may_be() -> None:
     given = recording()
-    with pytest.raises(InputError, match=r"lasts 4,628 d, and at most 116 d.*unit=us"):
+    with pytest.raises(InputError, match=r"lasts 4628 d, and at most 116 d.*unit=us"):
         problem(replace(given, time_s=1e6 * given.time_s))
 
 

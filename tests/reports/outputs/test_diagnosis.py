@@ -232,7 +232,10 @@ def test_the_page_answers_before_it_draws(found: Diagnosis) -> None:
     assert not re.search(r"(src|href)=\"(?!data:|#)", without_scripts(page))
 
 
-def test_a_class_is_told_plainly(found: Diagnosis, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_class_is_told_plainly(
+    found: Diagnosis, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "160")
     named = (replace(found.named[0], alternatives=("latency", "bandwidth")),)
     several = replace(found, named=named, verdict=Verdict.CLASS)
     text = diagnosis_page(PresentedDiagnosis.of(several), "Diagnosis").partition("<img")[0]

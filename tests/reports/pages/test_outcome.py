@@ -214,7 +214,7 @@ def test_rms_length_is_of_vector_lengths_and_skips_gaps() -> None:
 
 def test_sentence_names_vehicle_phases_and_field(outcome: Outcome) -> None:
     text = scenario_description(outcome)
-    assert text.startswith("An AUV moved through descent, spiral, comb in a given field of 1\u2009500, 27\u2009000")
+    assert text.startswith("An AUV moved through descent, spiral, comb in a given field of 1500, 27000")
     assert "sampled at 10 Hz" in text
 
 

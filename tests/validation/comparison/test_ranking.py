@@ -61,7 +61,7 @@ def test_one_that_fails_in_most_trials_is_named_beside_the_recommendation():
 
 def test_a_calibration_that_makes_it_worse_is_not_recommended():
     found = rank_calibrators(table_of({"bad": 3 * RAW, "uncorrected": RAW}), SCORE)
-    assert found.sentence.startswith("use none of them: bad leaves 6,000 nT")
+    assert found.sentence.startswith("use none of them: bad leaves 6000 nT")
 
 
 def test_alone_it_is_compared_with_no_correction():

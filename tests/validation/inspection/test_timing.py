@@ -88,7 +88,7 @@ def test_missing_and_repeated_stamps_are_counted() -> None:
 
 def test_few_samples_are_said_to_be_few() -> None:
     assert one(findings(TIME_S[:50]), "samples").level == "note"
-    assert one(findings(TIME_S), "samples").text == "3,000 samples over 60 s."
+    assert one(findings(TIME_S), "samples").text == "3000 samples over 60 s."
     assert one(findings(np.zeros(0)), "samples").value == 0
 
 

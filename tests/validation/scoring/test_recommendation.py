@@ -31,7 +31,7 @@ def test_the_best_of_those_that_are_ok_is_to_be_used_and_what_to_expect_is_said(
     assert found.use == "ellipsoid"
     assert found.sentence == (
         "use ellipsoid: 1.3 nT on a level survey, heading 0.02° after one alignment with the vehicle; "
-        "without correction 2,310 nT on a level survey, heading 7°"
+        "without correction 2310 nT on a level survey, heading 7°"
     )
     assert found.failed == {}
     assert found.closer == ()
@@ -52,7 +52,7 @@ def test_where_all_failed_none_can_be_used() -> None:
     found = told({"kalman": LOOSE, "sphere": UNSEEN}, {"kalman": level(8.0), "sphere": [], UNCORRECTED: level(3900.0)})
     assert found.use == ""
     assert found.plain()["use"] is None
-    assert found.sentence == "none can be used here: all 2 failed; without correction 3,900 nT on a level survey"
+    assert found.sentence == "none can be used here: all 2 failed; without correction 3900 nT on a level survey"
     assert [text.split(",")[0] for text in found.closer] == ["kalman has a smaller error here than no correction"]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -70,7 +71,7 @@ def test_an_axis_that_saturates_is_not_called_stuck() -> None:
 
     fault = only(tumble(0, rows=3000, rate_hz=100), cut)
     assert fault.kind == "full_scale"
-    assert "at 60,000 nT" in fault.text
+    assert "at 60000 nT" in fault.text
 
 
 def test_the_whole_sensor_frozen() -> None:
@@ -177,7 +178,7 @@ def test_a_magnet_that_moved(seed: int) -> None:
 
     fault = only(tumble(seed, rows=1200, rate_hz=20), move)
     assert (fault.kind, fault.remedy, fault.doubtful) == ("step", "none", True)
-    assert "axis y steps by 9," in fault.text or "axis y steps by 8," in fault.text
+    assert re.search(r"axis y steps by [89]\d{3} nT", fault.text)
     assert "15 s after the first row" in fault.text
 
 
