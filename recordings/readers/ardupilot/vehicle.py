@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -55,7 +56,11 @@ def vehicle_of(log: Dataflash) -> str:
 def firmware_of(log: Dataflash) -> tuple[str, tuple[int, int]]:
     """Return the kind of vehicle and the release (major, minor) that a log's texts tell; "" and (0, 0) where none."""
     sources = [(log.types[name], field) for name, field in (("VER", "FWS"), ("MSG", "Message")) if name in log.types]
-    texts = [text for rows, field in sources if field in rows for text in rows.words(field)]
+    return firmware_in([text for rows, field in sources if field in rows for text in rows.words(field)])
+
+
+def firmware_in(texts: Iterable[str]) -> tuple[str, tuple[int, int]]:
+    """Return the kind of vehicle and the release (major, minor) of the first text that tells; "" and (0, 0) of none."""
     found = next((match for text in texts if (match := _FIRMWARE.match(text))), None)
     return (found[1].lower(), (int(found[2]), int(found[3] or 0))) if found else ("", (0, 0))
 

@@ -71,7 +71,7 @@ def _magnetometer(
         name,
         sensor.sensor,
         Stream(samples.times_s, vector_columns("mag", flu_from_frd(raw_G * NT_PER_GAUSS))),
-        _applied(history.spans[main], states[main], history.slot, sensor.number, undone),
+        applied_in_body(history.spans[main], states[main], history.slot, sensor.number, undone),
         (
             f"{read}, turned from forward, right, down to forward, left, up of the body frame",
             _told(history, main) if undone else _nothing(history, sensor),
@@ -117,7 +117,7 @@ def _remarks(history: CalibrationHistory, sensor: LoggedSensor, state: Parameter
     return [text for text, holds in remarks.items() if holds]
 
 
-def _applied(
+def applied_in_body(
     correction: Correction, state: ParameterState, slot: int | None, device: int, undone: bool
 ) -> AppliedCalibration:
     """Return the calibration in force, body frame (FLU): offset D R o, matrix D R S R^T D, D = diag(1, -1, -1)."""

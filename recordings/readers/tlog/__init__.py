@@ -23,6 +23,8 @@ __all__ = ["TELEMETRY_LOG"]
 
 DIALECT = "pymavlink.dialects.v20.ardupilotmega"
 """The library's messages: MAVLink's common ones, and ArduPilot's."""
+AUTOPILOT_COMPONENT = 1
+"""The number of the autopilot among the components of a system."""
 
 
 def _recognises(path: Path, head: bytes) -> bool:
@@ -44,7 +46,7 @@ def _read(path: Path, wanted: Wanted, stream: str | None) -> FileContents:
 
 
 def _vehicle_log(senders: Mapping[Sender, Telemetry], damaged: int, wanted: Wanted, stream: str | None) -> VehicleLog:
-    sender = max(senders, key=lambda one: sum(map(len, magnetometers_in(senders[one]).values())))
+    sender = _vehicle(senders)
     log, notes = senders[sender], _about(senders, sender, damaged)
     fixes, compasses = fixes_of(log), compasses_of(log)
     streams, told = streams_of(log)
@@ -60,10 +62,19 @@ def _vehicle_log(senders: Mapping[Sender, Telemetry], damaged: int, wanted: Want
     )
 
 
+def _vehicle(senders: Mapping[Sender, Telemetry]) -> Sender:
+    """Return the sender with magnetometers, an autopilot before other components, of most samples."""
+    counts = {one: sum(map(len, magnetometers_in(log).values())) for one, log in senders.items()}
+    return max(counts, key=lambda one: (counts[one] > 0, one[1] == AUTOPILOT_COMPONENT, counts[one]))
+
+
 def _about(senders: Mapping[Sender, Telemetry], vehicle: Sender, damaged: int) -> list[str]:
     """Return lines about other vehicles, and about frames with a wrong checksum."""
     others = [f"{s}.{c}" for s, c in senders if (s, c) != vehicle and magnetometers_in(senders[s, c])]
     notes = [f"sender {vehicle[0]}.{vehicle[1]} is read, not {', '.join(others)}"] if others else []
+    sent = senders[vehicle].get("PARAM_VALUE")
+    if sent is not None and (whole := int(np.max(sent.numbers("param_count")))) > len(set(sent.words("param_id"))):
+        notes.append(f"{len(set(sent.words('param_id')))} of the autopilot's {whole} parameters are in the log")
     return notes + ([f"{damaged} frames left out: their checksum is wrong"] if damaged else [])
 
 
@@ -86,7 +97,7 @@ TELEMETRY_LOG = FileFormat(
     suffixes=(".tlog",),
     summary="a ground station's telemetry log",
     extra="ardupilot",
-    remark="ArduPilot's offsets undone where the parameters are in the log",
+    remark="ArduPilot's and PX4's calibration undone where the parameters are in the log",
     recognises=_recognises,
     read=_read,
 )

@@ -20,8 +20,10 @@ from recordings.channels import (
 )
 from recordings.columns import ATTITUDE
 from recordings.readers.ardupilot.motion import quaternion_of, unit_quaternions, without_trim
+from recordings.readers.ardupilot.motor_term import MOTORS as QUAD_MOTORS
+from recordings.readers.ardupilot.motor_term import Drive
 from recordings.readers.ardupilot.power import motor_outputs
-from recordings.readers.ardupilot.vehicle import COPTER, PLANE, ROVER, SUB, mode_name
+from recordings.readers.ardupilot.vehicle import mode_name
 from recordings.readers.tlog.frames import Frames
 from recordings.readers.tlog.telemetry import Telemetry
 from recordings.readers.vehicle_log import Columns, vector_columns
@@ -48,13 +50,6 @@ HEARTBEAT_S = 2.0
 THREE_D_FIX = 3
 ARMED_FLAG = 128
 """HEARTBEAT.base_mode of an armed vehicle."""
-VEHICLES = {
-    **dict.fromkeys((2, 3, 4, 13, 14, 15, 29), COPTER),
-    **dict.fromkeys((1, 19, 20, 21, 22, 23, 24, 25), PLANE),
-    **dict.fromkeys((10, 11), ROVER),
-    12: SUB,
-}
-"""HEARTBEAT.type -> the kind of vehicle that names ArduPilot's modes."""
 
 
 def streams_of(log: Telemetry) -> tuple[dict[str, Stream], list[str]]:
@@ -132,13 +127,24 @@ def throttle_stream(log: Telemetry) -> Stream | None:
 
 
 def _power(log: Telemetry) -> dict[str, Stream]:
-    throttle, rows = throttle_stream(log), log.get("SYS_STATUS")
-    found = {} if throttle is None else {"throttle": throttle}
-    if rows is not None:
-        rows = rows.where(~np.isin(rows.numbers("voltage_battery"), (0.0, NO_VOLTAGE)))
-        voltage = rows.numbers("voltage_battery") * MILLIVOLT
-        found["battery voltage"] = _stream(log, rows, {BATTERY_VOLTAGE: voltage})
-    return found
+    found = {"throttle": throttle_stream(log), "battery voltage": _voltage(log)}
+    return {name: stream for name, stream in found.items() if stream is not None}
+
+
+def _voltage(log: Telemetry) -> Stream | None:
+    """Return the battery's voltage, None where it is not sent."""
+    rows = log.get("SYS_STATUS")
+    if rows is None:
+        return None
+    rows = rows.where(~np.isin(rows.numbers("voltage_battery"), (0.0, NO_VOLTAGE)))
+    return _stream(log, rows, {BATTERY_VOLTAGE: rows.numbers("voltage_battery") * MILLIVOLT})
+
+
+def drive_of(log: Telemetry) -> Drive:
+    """Return what the motors' term of a compass may follow."""
+    named = {name: one for one in _outputs(log).values() for name in one.columns}
+    outputs = {k: named[name] for k in QUAD_MOTORS if (name := motor_output_name(k)) in named}
+    return Drive(throttle_stream(log), battery_current(log), _voltage(log), outputs)
 
 
 def _outputs(log: Telemetry) -> dict[str, Stream]:
@@ -148,14 +154,8 @@ def _outputs(log: Telemetry) -> dict[str, Stream]:
         return {}
     rows = rows.where(rows.numbers("port") == 0)
     pulses_us = {k: rows.numbers(f"servo{k}_raw") for k in range(1, 17)}
-    outputs = motor_outputs(pulses_us, log.parameters, _vehicle(log)) if len(rows) else {}
+    outputs = motor_outputs(pulses_us, log.parameters, log.firmware[0]) if len(rows) else {}
     return {f"output {k}": _stream(log, rows, {motor_output_name(motor): x}) for k, (motor, x) in outputs.items()}
-
-
-def _vehicle(log: Telemetry) -> str:
-    """Return the kind of vehicle that the heartbeats tell, "" where they do not."""
-    rows = log.get("HEARTBEAT")
-    return "" if rows is None else VEHICLES.get(int(np.median(rows.numbers("type"))), "")
 
 
 def _states(log: Telemetry) -> dict[str, Stream]:
@@ -163,7 +163,7 @@ def _states(log: Telemetry) -> dict[str, Stream]:
     rows = log.get("HEARTBEAT")
     if rows is None:
         return {}
-    vehicle = _vehicle(log) if log.of_ardupilot else ""
+    vehicle = log.firmware[0] if log.of_ardupilot else ""
     modes = [mode_name(vehicle, int(mode)) for mode in rows.numbers("custom_mode")]
     armed = (rows.rows["base_mode"] & ARMED_FLAG > 0).astype(np.float64)
     columns: Columns = {"phase": np.array(modes), ARMED: armed}

@@ -27,6 +27,9 @@ MESSAGES = {
     "SERVO_OUTPUT_RAW": (36, 222, "<IHHHHHHHHB"),
     "VFR_HUD": (74, 20, "<ffffhH"),
     "HIGHRES_IMU": (105, 93, "<QfffffffffffffHB"),
+    "SCALED_IMU": (26, 170, "<Ihhhhhhhhhh"),
+    "SCALED_IMU3": (129, 46, "<Ihhhhhhhhhh"),
+    "STATUSTEXT": (253, 83, "<B50s"),
     "SCALED_IMU2": (116, 76, "<Ihhhhhhhhhh"),
     "ESC_TELEMETRY_1_TO_4": (11030, 144, "<4H4H4H4H4H4B"),
 }
@@ -49,22 +52,24 @@ class Telemetry:
 
     version: int = 2
     delay_s: float = 0.04
+    signed: bool = False
     frames: list[tuple[float, bytes]] = field(default_factory=list)
 
     def add(self, name: str, time_s: float, *values: float | bytes, sender: tuple[int, int] = (1, 1)) -> None:
-        """Send a message at a time of the autopilot."""
+        """Send a message at a time of the autopilot; version 2 may be signed."""
         number, extra, form = MESSAGES[name]
         whole = [round(v) if code in "bBhHiIQ" else v for v, code in zip(values, _codes(form), strict=True)]
         payload, sequence = struct.pack(form, *whole), len(self.frames) % 256
         if self.version == 2:
             payload = payload.rstrip(b"\0") or b"\0"
-            head = bytes([len(payload), 0, 0, sequence, *sender]) + number.to_bytes(3, "little")
+            head = bytes([len(payload), int(self.signed), 0, sequence, *sender]) + number.to_bytes(3, "little")
         else:
             head = bytes([len(payload), sequence, *sender, number])
         total = crc(head + payload + bytes([extra]))
         stamp = struct.pack(">Q", round(START_US + (time_s + self.delay_s) * 1e6))
         magic = b"\xfd" if self.version == 2 else b"\xfe"
-        self.frames.append((time_s, stamp + magic + head + payload + struct.pack("<H", total)))
+        signature = bytes(range(0xF0, 0xFD)) if self.signed and self.version == 2 else b""
+        self.frames.append((time_s, stamp + magic + head + payload + struct.pack("<H", total) + signature))
 
     def write(self, path: Path) -> Path:
         """Write the log to a file."""
