@@ -14,9 +14,13 @@ def main() -> None:
     parser.add_argument("--logs", type=int, default=400)
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--tuning", action="store_true")
+    parser.add_argument(
+        "--simple", action="store_true", help="logs of the bench's own generator, without the simulator"
+    )
     parser.add_argument("--show", action="store_true")
     asked = parser.parse_args()
-    found = all_judged(asked.logs, asked.jobs, TUNING if asked.tuning else SCORING)
+    bank = TUNING if asked.tuning else SCORING
+    found = all_judged(asked.logs, asked.jobs, bank, catalogue=not asked.simple)
     print("\n".join([*table(found), *(row.text(28) for row in rows_of(found))]))
     for one in found if asked.show else ():
         if one.recommended and not one.inside:

@@ -8,20 +8,23 @@ from multiprocessing import get_context
 
 import numpy as np
 
+from benchmarks.assessment.catalogue_logs import CatalogueLog, catalogue_log
 from benchmarks.assessment.logs import TUNING, SimulatedLog, log_of
 from benchmarks.measure import Row
-from calib import Reference, get
+from calib import get
 from scenarios.arrays import Array
 from validation.assessment.assessment import assess
 from validation.assessment.evidence import CalibrationAssessment
+from validation.assessment.heading_error import HeadingError
 from validation.assessment.judgement import answer_of
-from validation.screening.screening import screen
+from validation.calibrating.selection import usual_calibrators
+from validation.screening.screening import ScreenedRecording, screen
 
-METHODS = ("sphere", "ellipsoid", "ml_geometric")
+VECTOR = "vector_least_squares"
+"""Calibrator of logs with attitude and field vector, assessed by itself: no usual one uses the attitude."""
 RATIOS = tuple(np.geomspace(0.25, 4.0, 9))
 """Asked tolerances over the stated heading error: where answers are difficult."""
-KNOWS_DIP = 0.5
-"""Probability that a log's field vector is stated; else the error is taken for the dip that is assumed."""
+Log = SimulatedLog | CatalogueLog
 BELOW, ABOVE = 0.025, 0.975
 LOW, HIGH, WRONG, APART = 0.93, 0.97, 0.05, 0.98
 """Bars: coverage of the interval at least and at most, wrong yes and no, area under the curve of good against bad."""
@@ -45,28 +48,35 @@ class Judged:
     tags: tuple[str, ...]
 
 
-def judged(seed: int, bank: int = TUNING, only: str | None = None) -> list[Judged]:
-    """Return the assessed calibrations of the log of a seed."""
-    log = log_of(seed, only, bank)
-    reference = Reference(log.stated_nT)
-    if np.random.default_rng([bank, seed, 1]).random() < KNOWS_DIP:
-        scale = log.stated_nT / float(np.linalg.norm(log.world_nT))
-        east, north, up = (scale * log.world_nT).tolist()
-        reference = Reference.of_vector((east, north, up))
-    screening = screen(log.recording, reference)
-    fits = {name: get(name).fit(screening.recording, reference) for name in METHODS}
-    judged_fits = {name: screening.judged(fit) for name, fit in fits.items()}
-    found = assess(judged_fits, screening, reference)
-    every = (_judged(seed, log, one, one.name == found.recommended) for one in found.calibrations.values())
-    return [one for one in every if one is not None]
+def judged(seed: int, bank: int = TUNING, only: str | None = None, catalogue: bool = True) -> list[Judged]:
+    """Return the assessed calibrations of the log of a seed: by the usual calibrators, and where known by attitude.
+
+    catalogue : a log of the simulator, else one of `logs`.
+    """
+    log = catalogue_log(seed, bank, only) if catalogue else log_of(seed, only, bank)
+    screening = screen(log.recording, log.reference)
+    usual = [one.name for one in usual_calibrators(screening.recording, log.reference)]
+    vector = log.recording.att_q is not None and log.reference.field_enu_nT is not None
+    return [one for names in (usual, [VECTOR] if vector else []) for one in _of_methods(seed, log, screening, names)]
 
 
-def _judged(seed: int, log: SimulatedLog, one: CalibrationAssessment, recommended: bool) -> Judged | None:
-    """Return a calibration's record; the truth is for the dip that the assessment says its error is for."""
-    heading = one.heading
-    if heading is None:
-        return None
-    true = log.heading_rms_deg(one.fit.offset_nT, one.fit.matrix, heading.flight.dip_rad)
+def _of_methods(seed: int, log: Log, screening: ScreenedRecording, names: Sequence[str]) -> Iterator[Judged]:
+    """Yield the records of calibrators that are assessed together."""
+    fits = {name: screening.judged(get(name).fit(screening.recording, log.reference)) for name in names}
+    found = assess(fits, screening, log.reference) if fits else None
+    for one in found.calibrations.values() if found else ():
+        if one.heading is not None:
+            best = VECTOR not in names and found is not None and one.name == found.recommended
+            yield _judged(seed, log, one, one.heading, best)
+
+
+def _judged(seed: int, log: Log, one: CalibrationAssessment, heading: HeadingError, recommended: bool) -> Judged:
+    """Return a calibration's record; the truth is for the dip that the assessment says its error is for.
+
+    Of a planar calibration for the log's own dip: its offset holds there alone.
+    """
+    level = log.level(heading.flight.dip_rad if one.fit.determines_z else None)
+    true = level.heading_rms_deg(one.fit, log.recording, turned=heading.turn_included)
     answers = tuple(
         (answer_of(heading, ratio * heading.value)[0], bool(true < ratio * heading.value)) for ratio in RATIOS
     )
@@ -86,13 +96,13 @@ def _judged(seed: int, log: SimulatedLog, one: CalibrationAssessment, recommende
     )
 
 
-def all_judged(logs: int, jobs: int = 1, bank: int = TUNING) -> list[Judged]:
+def all_judged(logs: int, jobs: int = 1, bank: int = TUNING, *, catalogue: bool = True) -> list[Judged]:
     """Return the assessed calibrations of a number of logs; as many processes as jobs."""
     if jobs == 1:
-        found = [judged(seed, bank) for seed in range(logs)]
+        found = [judged(seed, bank, None, catalogue) for seed in range(logs)]
     else:
         with get_context("spawn").Pool(jobs) as pool:
-            found = pool.starmap(judged, [(seed, bank) for seed in range(logs)], chunksize=4)
+            found = pool.starmap(judged, [(seed, bank, None, catalogue) for seed in range(logs)], chunksize=4)
     return [one for log in found for one in log]
 
 
@@ -109,7 +119,10 @@ def _groups(found: Sequence[Judged]) -> dict[str, list[Judged]]:
     best = [one for one in found if one.recommended]
     usable = [one for one in found if one.status == "ok"]
     groups = {"recommended": best, "not ok": [one for one in found if one.status != "ok"]}
-    groups |= {name: [one for one in usable if one.name == name] for name in METHODS}
+    for one in usable:
+        groups.setdefault(f"ok {one.name}", []).append(one)
+    for one in best:
+        groups.setdefault(f"recommended {one.name}", []).append(one)
     for one in best:
         for tag in one.tags:
             groups.setdefault(tag, []).append(one)

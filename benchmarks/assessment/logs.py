@@ -6,7 +6,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from benchmarks.assessment.level_truth import LevelTruth, level_field_nT
 from benchmarks.honesty.motion import GRAVITY_M_S2, Course, rocking, tumbling
+from calib import Calibration, Reference
 from recordings import Recording
 from scenarios.arrays import Array
 
@@ -17,14 +19,16 @@ MOTIONS = ("tumble", "rocking", "steep rocking", "poses")
 DISTURBANCES = ("soft iron", "flicker", "room", "motors", "temperature", "strength", "characteristic")
 SHARE = 0.25
 """Probability of each disturbance in a log."""
-HEADINGS = 72
+KNOWS_DIP = 0.5
+"""Probability that a log's field vector is stated; else the error is taken for the dip that is assumed."""
 
 
 @dataclass(frozen=True, eq=False)
 class SimulatedLog:
     """A recording and what made it: m = s - c s^3, s = S h + b, b the mean over the log.
 
-    world_nT : the field (east, north, up). stated_nT : the strength as the user states it.
+    world_nT : the field (east, north, up). stated_nT : the strength as the user states it. driven_nT : field (n, 3) of
+    motors and temperature, less the mean.
     """
 
     recording: Recording
@@ -35,24 +39,28 @@ class SimulatedLog:
     stated_nT: float
     motion: str
     disturbances: tuple[str, ...]
+    driven_nT: Array
+    knows_vector: bool
 
-    def heading_rms_deg(self, offset_nT: Array, matrix: Array, dip_rad: float | None = None) -> float:
-        """Return the rms over headings of a calibration's heading error in level flight, yaw misalignment removed.
-
-        Q matrix S is closest to I: left free by the strength. The heading by true tilt, against magnetic north; at
-        another dip where one is given.
-        """
-        u, _, vt = np.linalg.svd(matrix @ self.soft)
-        turn = vt.T @ u.T
-        yaw = 2 * np.pi * np.arange(HEADINGS) / HEADINGS
+    def level(self, dip_rad: float | None = None) -> LevelTruth:
+        """Return the sensor's truth in level flight, at the log's own dip or at another."""
         strength = float(np.linalg.norm(self.world_nT))
-        dip = np.arcsin(-self.world_nT[2] / strength) if dip_rad is None else dip_rad
-        level, down = strength * np.cos(dip), -strength * np.sin(dip)
-        h = np.column_stack((level * np.cos(yaw), -level * np.sin(yaw), np.full(HEADINGS, down)))
-        linear = h @ self.soft.T + self.offset_nT
-        seen = (linear - self.cubic_nT2 * linear**3 - offset_nT) @ matrix.T @ turn.T
-        error = np.arctan2(-seen[:, 1], seen[:, 0]) - yaw
-        return float(np.degrees(np.sqrt(np.mean(np.angle(np.exp(1j * error)) ** 2))))
+        dip = float(np.arcsin(-self.world_nT[2] / strength)) if dip_rad is None else dip_rad
+        linear = level_field_nT(strength, dip) @ self.soft.T + self.offset_nT
+        return LevelTruth(linear - self.cubic_nT2 * linear**3, self.soft, self.driven_nT)
+
+    def heading_rms_deg(self, fit: Calibration, dip_rad: float | None = None) -> float:
+        """Return the rms heading error of a calibration in level flight, yaw misalignment removed."""
+        return self.level(dip_rad).heading_rms_deg(fit, self.recording, turned=False)
+
+    @property
+    def reference(self) -> Reference:
+        """Return the reference as stated: the field vector of some logs, the strength of the rest."""
+        if not self.knows_vector:
+            return Reference(self.stated_nT)
+        scale = self.stated_nT / float(np.linalg.norm(self.world_nT))
+        east, north, up = (scale * self.world_nT).tolist()
+        return Reference.of_vector((east, north, up))
 
 
 @dataclass
@@ -66,6 +74,7 @@ class _Draft:
     offset_nT: Array
     noise_nT: float
     added: Array
+    driven: Array
     cubic_nT2: float = 0.0
     channels: dict[str, Array] = field(default_factory=dict)
     temperature: Array | None = None
@@ -82,7 +91,8 @@ def log_of(seed: int, only: str | None = None, bank: int = TUNING) -> SimulatedL
     chosen = drawn if only is None else tuple(name for name in DISTURBANCES if name == only)
     for name in chosen:
         DISTURB[name](draft)
-    return _finished(draft, world, motion, chosen)
+    knows_vector = bool(np.random.default_rng([bank, seed, 1]).random() < KNOWS_DIP)
+    return _finished(draft, world, motion, chosen, knows_vector)
 
 
 def _world(rng: np.random.Generator) -> Array:
@@ -102,7 +112,7 @@ def _draft(rng: np.random.Generator, motion: str, world: Array) -> _Draft:
     strength = float(np.linalg.norm(world))
     offset, noise = rng.uniform(-0.5, 0.5, 3) * strength, strength * 10 ** rng.uniform(-3.7, -2.2)
     h = course.seen(world)
-    return _Draft(rng, course, h, soft, offset, noise, np.zeros_like(h))
+    return _Draft(rng, course, h, soft, offset, noise, np.zeros_like(h), np.zeros_like(h))
 
 
 def _course(rng: np.random.Generator, motion: str, rows: int, rate_hz: float) -> Course:
@@ -116,10 +126,10 @@ def _course(rng: np.random.Generator, motion: str, rows: int, rate_hz: float) ->
     return rocking(rng, rows, rate_hz, rng.uniform(low, high))
 
 
-def _finished(draft: _Draft, world: Array, motion: str, chosen: tuple[str, ...]) -> SimulatedLog:
+def _finished(draft: _Draft, world: Array, motion: str, chosen: tuple[str, ...], knows_vector: bool) -> SimulatedLog:
     rng, course = draft.rng, draft.course
-    mean = draft.added.mean(axis=0)
-    linear = draft.h @ draft.soft.T + draft.offset_nT + draft.added
+    added = draft.added + draft.driven
+    linear = draft.h @ draft.soft.T + draft.offset_nT + added
     mag = linear - draft.cubic_nT2 * linear**3 + rng.normal(0, draft.noise_nT, linear.shape)
     accel = course.seen(np.array([0, 0, GRAVITY_M_S2])) + rng.normal(0, 0.05, mag.shape)
     recording = Recording(
@@ -132,8 +142,10 @@ def _finished(draft: _Draft, world: Array, motion: str, chosen: tuple[str, ...])
     )
     strength = float(np.linalg.norm(world))
     stated = strength * (1 + rng.normal(0, 0.003)) if "strength" in chosen else strength
-    offset_nT = draft.offset_nT + mean
-    return SimulatedLog(recording, draft.soft, offset_nT, draft.cubic_nT2, world, stated, motion, chosen)
+    offset_nT, driven = draft.offset_nT + added.mean(axis=0), draft.driven - draft.driven.mean(axis=0)
+    return SimulatedLog(
+        recording, draft.soft, offset_nT, draft.cubic_nT2, world, stated, motion, chosen, driven, knows_vector
+    )
 
 
 def _slow(draft: _Draft, length_s: float) -> Array:
@@ -163,14 +175,14 @@ def _motors(draft: _Draft) -> None:
     rng = draft.rng
     current = 8 + 4 * np.clip(_slow(draft, rng.uniform(3, 15)), -1.9, 3)
     draft.current = current[:, None] + rng.normal(0, 0.1, (len(current), 1))
-    draft.added += np.outer(current, rng.normal(0, 1, 3)) * np.linalg.norm(draft.h[0]) * rng.uniform(1e-4, 8e-4)
+    draft.driven += np.outer(current, rng.normal(0, 1, 3)) * np.linalg.norm(draft.h[0]) * rng.uniform(1e-4, 8e-4)
 
 
 def _temperature(draft: _Draft) -> None:
     rng, rows = draft.rng, len(draft.h)
     draft.temperature = 20 + rng.uniform(2, 10) * (1 - np.exp(-3 * np.arange(rows) / rows)) + rng.normal(0, 0.02, rows)
     slope = rng.normal(0, 1, 3) * np.linalg.norm(draft.h[0]) * rng.uniform(1e-4, 6e-4)
-    draft.added += np.outer(draft.temperature, slope)
+    draft.driven += np.outer(draft.temperature, slope)
 
 
 def _strength(draft: _Draft) -> None:

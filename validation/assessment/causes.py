@@ -11,7 +11,7 @@ from recordings.channels import TEMPERATURE
 from scenarios.arrays import Array
 from validation.assessment.policy import ASSESSMENT
 from validation.assessment.posterior import Posterior
-from validation.assessment.sensor_model import CURVES, IRON, MOTORS, WARMTH
+from validation.assessment.sensor_model import CURVES, IRON, MOTORS, TURNING, WARMTH
 
 
 @dataclass(frozen=True)
@@ -19,15 +19,16 @@ class Causes:
     """Rms heading error by cause, deg; their squares add up to about the square of the whole.
 
     iron : offset and matrix, by the noise and the motion. motors, temperature, characteristic : what follows currents
-    or throttle, the temperature, and the curves of the axes. attitude : what else scatters between legs of a fit that
-    uses the attitude. unexplained : the same without attitude. field_model : the direction of a given field vector,
-    by which a calibration with attitude is turned; beside the interval of the heading error.
+    or throttle, the temperature, the curves of the axes, and turning. attitude : what else scatters between legs of a
+    fit that uses the attitude. unexplained : the same without attitude. field_model : the direction of a given field
+    vector, by which a calibration with attitude is turned; beside the interval of the heading error.
     """
 
     iron: float
     motors: float
     temperature: float
     characteristic: float
+    eddy_currents: float
     attitude: float
     unexplained: float
     field_model: float
@@ -59,6 +60,7 @@ def causes_of(posterior: Posterior, level_nT: float) -> Causes:
         motors=_moved(posterior, root, MOTORS),
         temperature=_moved(posterior, root, WARMTH),
         characteristic=_moved(posterior, root, CURVES),
+        eddy_currents=_moved(posterior, root, TURNING),
         attitude=slow if vector else 0.0,
         unexplained=0.0 if vector else slow,
         field_model=float(np.degrees(ASSESSMENT.model_std_nT / level_nT)) if vector else 0.0,

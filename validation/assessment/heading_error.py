@@ -73,7 +73,13 @@ def heading_error(fit: Calibration, posterior: Posterior | None, flight: LevelFl
     if fit.covariance is None:
         return None
     own = _own_flight(fit, flight)
-    return HeadingError(_claimed(fit).heading_rms_deg(fit, own, turned=turned), own, turned)
+    drawn = _claimed(fit)
+    if not fit.determines_z:
+        up_nT = -own.strength_nT * float(np.sin(own.dip_rad))
+        drawn = replace(
+            drawn, offset_nT=drawn.offset_nT - up_nT * np.pad(own.lean.drawn(len(drawn.S)), ((0, 0), (0, 1)))
+        )
+    return HeadingError(drawn.heading_rms_deg(fit, own, turned=turned), own, turned)
 
 
 def _own_flight(fit: Calibration, flight: LevelFlight) -> LevelFlight:

@@ -10,6 +10,7 @@ import numpy as np
 from calib import Reference
 from recordings import Recording
 from scenarios.arrays import Array
+from validation.assessment.lean import Lean
 from validation.assessment.policy import ASSESSMENT
 
 DipSource = Literal["the field vector", "the accelerometer", "assumed"]
@@ -19,11 +20,15 @@ HEADINGS = 24
 
 @dataclass(frozen=True)
 class LevelFlight:
-    """Level flight in a field of a strength and a dip (positive downwards), and how the dip is known."""
+    """Level flight in a field of a strength and a dip (positive downwards), and how the dip is known.
+
+    lean : the vehicle's mean tilt in the recording, which level flight has not.
+    """
 
     strength_nT: float
     dip_rad: float
     source: DipSource
+    lean: Lean
 
     @property
     def heading_rad(self) -> Array:
@@ -62,15 +67,15 @@ def level_flight(recording: Recording, reference: Reference, field_nT: Array) ->
 
     The dip is that of the reference's vector, else of the field against gravity, else ASSESSMENT.dip_deg.
     """
-    strength = reference.strength_nT
+    strength, lean = reference.strength_nT, Lean.of(recording)
     if reference.field_enu_nT is not None:
         east, north, up = reference.field_enu_nT
-        return LevelFlight(strength, float(np.arctan2(-up, np.hypot(east, north))), "the field vector")
+        return LevelFlight(strength, float(np.arctan2(-up, np.hypot(east, north))), "the field vector", lean)
     if recording.accel_m_s2 is not None:
         force = np.linalg.norm(recording.accel_m_s2, axis=1)[:, None]
         upward = recording.accel_m_s2 / np.where(force > 0, force, np.nan)
         along = np.einsum("ni,ni->n", upward, field_nT) / np.linalg.norm(field_nT, axis=1)
         dip = float(np.nanmedian(np.arcsin(np.clip(-along, -1.0, 1.0))))
         if np.isfinite(dip):
-            return LevelFlight(strength, dip, "the accelerometer")
-    return LevelFlight(strength, float(np.radians(ASSESSMENT.dip_deg)), "assumed")
+            return LevelFlight(strength, dip, "the accelerometer", lean)
+    return LevelFlight(strength, float(np.radians(ASSESSMENT.dip_deg)), "assumed", lean)

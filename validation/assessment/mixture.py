@@ -8,7 +8,7 @@ marginal likelihood of the misfit says, beside a probability that a disturbance 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from scenarios.arrays import Array
 from validation.assessment.policy import ASSESSMENT
-from validation.assessment.sensor_model import CURVES, IRON
+from validation.assessment.sensor_model import IRON
 
 ROUNDING = 1e-13
 """Eigenvalue of a scaled normal matrix below which a direction is rounding."""
@@ -56,7 +56,7 @@ class LegSquares:
     """Squares (legs, k + 1, k + 1) of columns and misfit, the group of each column, and the number of rows.
 
     wanted : (q, k) the heading errors, linear in the parameters. firm, centre : prior precision (k,), 1 / nT^2, and
-    mean (k,) of the iron. unit_nT : F, the unit of the spreads.
+    mean (k,) of the iron. unit_nT : F, the unit of the spreads. present : groups that are there beforehand.
     """
 
     squares: Array
@@ -66,6 +66,7 @@ class LegSquares:
     firm: Array
     centre: Array
     unit_nT: float
+    present: tuple[str, ...] = ()
 
     @cached_property
     def total(self) -> Array:
@@ -162,7 +163,7 @@ class LegSquares:
         left = N[np.ix_(~iron, ~iron)] - N[np.ix_(~iron, iron)] @ cross
         names = tuple(name for name in self.groups if name != IRON)
         pull = slope[~iron] - cross.T @ slope[iron]
-        return Marginal(left / (noise * scatter), pull / (noise * scatter), names, self.unit_nT)
+        return Marginal(left / (noise * scatter), pull / (noise * scatter), names, self.unit_nT, self.present)
 
     def _scatter(self, root: Array, mean: Array, name: str) -> float:
         """Return the scatter of a group's parameters by legs over unit white noise."""
@@ -179,6 +180,7 @@ class Marginal:
     slope: Array
     names: tuple[str, ...]
     unit_nT: float
+    present: tuple[str, ...] = ()
 
     def log(self, spreads: Spreads) -> float:
         """Return the logarithm: -1/2 log det(1 + D N D) + 1/2 g^T D (1 + D N D)^-1 D g, D the spreads."""
@@ -192,23 +194,33 @@ class Marginal:
         tried = (0.0, *ASSESSMENT.spreads)
         before = np.full(len(tried), (1.0 - ASSESSMENT.absent) / len(ASSESSMENT.spreads))
         before[0] = ASSESSMENT.absent
+        if name in self.present:
+            tried, before = tried[1:], before[1:]
         logs = np.array([self.log({**spreads, name: spread}) for spread in tried]) + np.log(before)
         chances = np.exp(logs - logs.max())
         return dict(zip(tried, (chances / chances.sum()).tolist(), strict=True))
 
 
 def mixture(squares: LegSquares) -> tuple[Component, ...]:
-    """Return the posterior: the likeliest spreads of motors and temperature, and every likely one of the curves."""
+    """Return the posterior: every likely combination of spreads, each given the likeliest of the groups that follow."""
     names = squares.disturbances
     marginal, spreads = squares.marginal(), dict.fromkeys(names, 0.0)
     for _ in range(ROUNDS):
         for name in names:
             weights = marginal.weights(spreads, name)
             spreads[name] = max(weights, key=lambda spread: weights[spread])
-    weights = marginal.weights(spreads, CURVES)
-    likely = {spread: one for spread, one in weights.items() if one >= ASSESSMENT.least_weight}
-    whole = sum(likely.values())
-    return tuple(squares.solved({**spreads, CURVES: spread}, one / whole) for spread, one in likely.items())
+    weighed: list[tuple[Spreads, float]] = [(spreads, 1.0)]
+    for name in names:
+        weighed = [branch for tried, weight in weighed for branch in _branches(marginal, tried, weight, name)]
+    whole = sum(weight for _, weight in weighed)
+    return tuple(squares.solved(tried, weight / whole) for tried, weight in weighed)
+
+
+def _branches(marginal: Marginal, spreads: Spreads, weight: float, name: str) -> Iterator[tuple[Spreads, float]]:
+    """Yield spreads with every likely spread of a group, and their weights."""
+    for spread, one in marginal.weights(spreads, name).items():
+        if weight * one >= ASSESSMENT.least_weight:
+            yield {**spreads, name: spread}, weight * one
 
 
 def _root(normal: Array) -> Array:

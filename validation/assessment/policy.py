@@ -21,7 +21,7 @@ class AssessmentPolicy:
         run=RUN,
     )
     absent: float = number(0.5, "probability beforehand that a disturbance is absent", run=RUN)
-    least_weight: float = number(0.005, "probability below which a spread is left out of the mixture", run=RUN)
+    least_weight: float = number(0.02, "probability below which a spread is left out of the mixture", run=RUN)
     least_scatter: float = number(
         1.0, "scatter of the legs over white noise at least: noise of instruments is not bluer than white", run=RUN
     )
@@ -32,6 +32,9 @@ class AssessmentPolicy:
     sure: float = number(0.95, "probability of the intervals, and of an answer to a tolerance", run=RUN)
     tolerance_deg: float = number(2.0, "heading error that a compass may have, where no tolerance is asked for")
     dip_deg: float = number(60.0, "dip of the field where neither a vector nor an accelerometer tells: mid latitudes")
+    lean_deg: float = number(2.0, "standard deviation of a vehicle's mean tilt in a level turn, where nothing tells it")
+    attitude_deg: float = number(0.5, "standard deviation of a mean tilt that the attitude tells", run=RUN)
+    level: float = number(0.5, "probability beforehand that a vehicle turns without a mean tilt", run=RUN)
     least_level: float = number(0.05, "horizontal part of the unit field below which there is no heading")
     model_std_nT: float = number(150.0, "standard deviation of a world model's components: magnetised rocks beneath")
 

@@ -18,7 +18,7 @@ from scenarios.arrays import Array
 from validation.assessment.level_flight import LevelFlight
 from validation.assessment.mixture import Component, LegSquares, mixture
 from validation.assessment.policy import ASSESSMENT
-from validation.assessment.sensor_model import CURVE_TERMS, SensorModel
+from validation.assessment.sensor_model import CURVE_TERMS, SensorModel, group_of
 from validation.signals.thinning import every_nth
 
 BASE, VECTOR_BASE = ("ellipsoid", "motor_ellipsoid"), ("vector_least_squares", "motor_vector")
@@ -80,7 +80,8 @@ class SensorDraws:
         entries = parameters[:, 3:iron] / model.reference.strength_nT
         S = model.S + np.tensordot(entries, model.slots, 1)
         curves = parameters[:, iron : iron + CURVE_TERMS].reshape(-1, 2, 3)
-        moved = parameters[:, iron + CURVE_TERMS :].reshape(len(parameters), -1, 3)
+        driven = iron + CURVE_TERMS + 3 * len(model.signals)
+        moved = parameters[:, iron + CURVE_TERMS : driven].reshape(len(parameters), -1, 3)
         return cls(model.offset_nT + parameters[:, :3], S, curves, model.curve_scale, moved)
 
     def heading_rms_deg(self, fit: Calibration, flight: LevelFlight, *, turned: bool) -> Array:
@@ -119,7 +120,7 @@ def _posterior(
 ) -> Posterior | None:
     plain, driven = VECTOR_BASE if vector else BASE
     first = fits.get(plain) or get(plain).fit(recording, reference)
-    fit = fits[driven] if first.status.kind != "ok" and driven in fits else first
+    fit = first if first.status.kind == "ok" else next((one for one in fits.values() if one.name == driven), first)
     terms = next((one.inputs for one in fits.values() if one.inputs and one.status.kind == "ok"), ())
     recording = fit.used(recording)
     if len(recording) < LEAST_ROWS:
@@ -175,8 +176,9 @@ def _about(
     firm, centre = (np.zeros(len(model.groups)),) * 2 if determined else _prior(model)
     rows = len(recording) * model.rows_per_sample
     wanted = heading_rows(model, flight)
+    present = tuple(dict.fromkeys(group_of(term.channel) for term in terms))
     squares = LegSquares(
-        model.squares(recording, legs), model.groups, rows, wanted, firm, centre, reference.strength_nT
+        model.squares(recording, legs), model.groups, rows, wanted, firm, centre, reference.strength_nT, present
     )
     return Posterior(model, recording, squares, mixture(squares), legs, determined)
 

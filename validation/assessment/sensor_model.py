@@ -1,6 +1,7 @@
 """Sensor model about a calibration, linear in offset, matrix and disturbances.
 
-m = s + sum_j d_j + v,  s = S h + b;  d_j: curves of the axes, and vectors that currents and a temperature scale
+m = s + sum_j d_j + B dh/dt + v,  s = S h + b;  d_j: curves of the axes, and vectors that currents and a temperature
+scale;  B: eddy currents, a delay and a low-pass filter, dh/dt = -omega x h
 
 With attitude and field vector h is known; else |h| = F, and only the misfit along a, the gradient of |h|, is seen.
 """
@@ -19,24 +20,29 @@ from calib.input_terms import InputTerm
 from calib.models.ellipsoid import FULL_SLOTS, SYMMETRIC_SLOTS
 from calib.models.inputs import Kind, input_groups
 from calib.numerics.points import lengths
-from calib.numerics.rates import world_to_body
+from calib.numerics.rates import body_rate, world_to_body
 from recordings import Recording
 from recordings.channels import TEMPERATURE
 from scenarios.arrays import Array
 from validation.assessment.policy import ASSESSMENT
 
-IRON, CURVES, MOTORS, WARMTH = "iron", "characteristic", "motors", "temperature"
+IRON, CURVES, MOTORS, WARMTH, TURNING = "iron", "characteristic", "motors", "temperature", "eddy currents"
 """Groups of parameters."""
 CURVE_TERMS = 6
 """Quadratic and cubic terms of the three axes."""
+EDDY_TERMS = 9
+"""Entries of B."""
+STILL_RAD_S = 1e-3
+"""Rms body rate below which B is not looked for."""
 
 
 @dataclass(frozen=True, eq=False)
 class SensorModel:
     """The model about offset_nT b (3,) and S (3, 3); slots (k, 3, 3) of S.
 
-    Parameters: b, F times the entries of S, curves at full scale, and vectors for a unit rms change, all in nT.
-    vector : whether attitude and field vector are known. signals : group and standardised signal (n,) of disturbances.
+    Parameters: b, F times the entries of S, curves at full scale, vectors for a unit rms change, and B times F and the
+    rms rate, all in nT. vector : whether attitude and field vector are known. signals : group and standardised signal
+    (n,) of disturbances. rate : body rate (n, 3) over its rms, None where not known.
     """
 
     offset_nT: Array
@@ -45,6 +51,7 @@ class SensorModel:
     reference: Reference
     vector: bool
     signals: tuple[tuple[str, Array], ...]
+    rate: Array | None = None
 
     @classmethod
     def about(
@@ -62,7 +69,7 @@ class SensorModel:
         """
         slots = FULL_SLOTS if vector else SYMMETRIC_SLOTS
         S = np.asarray(np.linalg.inv(base.matrix))
-        return cls(base.offset_nT, S, slots, reference, vector, signals_of(recording, terms))
+        return cls(base.offset_nT, S, slots, reference, vector, signals_of(recording, terms), _rate(recording))
 
     @property
     def groups(self) -> tuple[str, ...]:
@@ -71,6 +78,7 @@ class SensorModel:
             *(IRON,) * (3 + len(self.slots)),
             *(CURVES,) * CURVE_TERMS,
             *(group for group, _ in self.signals for _ in range(3)),
+            *((TURNING,) * EDDY_TERMS if self.rate is not None else ()),
         )
 
     def squares(self, recording: Recording, legs: LegPartition) -> Array:
@@ -101,6 +109,9 @@ class SensorModel:
         entries = np.einsum("kij,nj->nik", self.slots, h / self.reference.strength_nT)
         c = (h @ self.S.T / self.curve_scale)[:, None]
         more = [along * values[samples, None, None] for _, values in self.signals]
+        if self.rate is not None:
+            change = -np.cross(self.rate[samples], h / self.reference.strength_nT)
+            more.append((along[..., None] * change[:, None, None]).reshape(*along.shape[:2], EDDY_TERMS))
         columns = [along, along @ entries, along * c**2, along * c**3, *more, misfit[:, :, None]]
         return np.concatenate(columns, axis=2)
 
@@ -130,15 +141,22 @@ def signals_of(recording: Recording, terms: Sequence[InputTerm] = ()) -> tuple[t
     return tuple((name, one) for name, values in found if (one := _standardised(values)) is not None)
 
 
+def _rate(recording: Recording) -> Array | None:
+    """Return the body rate (n, 3) over its rms; None where it is not known or the body is still."""
+    rate = body_rate(recording) if recording.origin.timed else None
+    rms = 0.0 if rate is None else float(np.sqrt(np.mean(np.sum(rate**2, axis=1))))
+    return rate / rms if rate is not None and np.isfinite(rms) and rms > STILL_RAD_S else None
+
+
 def group_of(channel: str) -> str:
     """Return the group of an input by its channel."""
     return WARMTH if channel == TEMPERATURE else MOTORS
 
 
 def _logged(recording: Recording) -> Iterator[tuple[str, Array]]:
-    """Yield group and signal of each motor's current, else of the first other current or command; the temperature."""
-    groups = {one.kind: one for one in reversed(input_groups(recording))}
-    power: tuple[Kind, ...] = ("motors", "battery", "throttle", "outputs")
+    """Yield group and signal of the currents' sum, else of a command, else of each motor; of the temperature."""
+    groups = {one.kind: one for one in reversed(input_groups(recording)) if one.varies}
+    power: tuple[Kind, ...] = ("battery", "throttle", "motors", "outputs")
     for kind in (next((one for one in power if one in groups), None), "temperature"):
         for values in groups[kind].signals.T if kind in groups else ():
             yield WARMTH if kind == "temperature" else MOTORS, values

@@ -65,13 +65,23 @@ def calibrators_of_scenario(names: Sequence[str], time_limit_s: float = TIME_LIM
 def usual_calibrators(recording: Recording, reference: Reference) -> tuple[CalibratorEntry, ...]:
     """Return the calibrators where none is named: USUAL; planar alone for two axes.
 
-    With planar for a level turn, and with DRIVEN where a logged current, command or temperature varies.
+    With planar for a level turn, and with DRIVEN where a logged current, command or temperature varies: of several
+    motors by the sum of their currents, since currents of each follow the vehicle's turns.
     """
     if recording.origin.axes == "xy":
         return select_calibrators([LEVEL])
     level = recording.array_mag_nT is None and get(LEVEL).fit(recording, reference).status.kind != "not_applicable"
-    driven = any(one.varies for one in input_groups(recording))
-    return select_calibrators([*USUAL, *([LEVEL] if level else []), *([DRIVEN] if driven else [])])
+    return select_calibrators([*USUAL, *([LEVEL] if level else []), *_driven(recording)])
+
+
+def _driven(recording: Recording) -> list[str]:
+    """Return the calibrator beside inputs that vary; none where the one power input is each motor's."""
+    kinds = [one.kind for one in input_groups(recording) if one.varies]
+    several = "motors" in kinds or "outputs" in kinds
+    single = next((kind for kind in ("battery", "throttle") if kind in kinds), "none")
+    if not kinds or (several and single == "none" and "temperature" not in kinds):
+        return []
+    return [f"{DRIVEN}:{single}" if several else DRIVEN]
 
 
 def select_calibrator(found: object, time_limit_s: float = TIME_LIMIT_S) -> CalibratorEntry:

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
-from calib import Calibration, Reference, Status
+from calib import Calibration, Reference, Status, get
 from recordings import Recording
 from scenarios.arrays import Array
 from validation.assessment.heading_error import heading_error
+from validation.assessment.lean import Lean
 from validation.assessment.level_flight import LevelFlight, level_flight
 from validation.assessment.posterior import SensorDraws
 
-FLIGHT = LevelFlight(50_000.0, float(np.radians(60.0)), "the field vector")
+FLIGHT = LevelFlight(50_000.0, float(np.radians(60.0)), "the field vector", Lean((0.0, 0.0), 0.0, 1.0))
 
 
 def fit(offset_nT: Array, matrix: Array) -> Calibration:
@@ -63,6 +65,36 @@ def test_the_dip_is_the_vectors_then_the_accelerometers_then_assumed() -> None:
         for one, reference in ((levelled, known), (levelled, Reference(5e4)), (plain, Reference(5e4)))
     ]
     assert dips == pytest.approx([45.0, 40.0, 60.0])
+
+
+def banked(speed_m_s: float, attitude: bool) -> Recording:
+    """A level circle at 0.2 rad/s, leaning by w v / g to the inside, the left."""
+    time_s = np.arange(0.0, 120.0, 0.1)
+    yaw, bank = 0.2 * time_s, np.arctan(0.2 * speed_m_s / 9.80665)
+    turn = Rotation.from_euler("ZYX", np.column_stack((yaw, 0 * yaw, 0 * yaw - bank)))
+    place = speed_m_s / 0.2 * np.column_stack((np.sin(yaw), -np.cos(yaw), 0 * yaw))
+    rate = turn.inv().apply([0.0, 0.0, 0.2])
+    q = turn.as_quat(scalar_first=True) if attitude else None
+    return Recording(time_s, turn.inv().apply([0.0, 25e3, -43e3]), gyro_rad_s=rate, att_q=q, pos_enu_m=place)
+
+
+@pytest.mark.parametrize("attitude", [True, False])
+def test_the_lean_of_a_banked_turn_comes_from_the_attitude_or_the_speed(attitude: bool) -> None:
+    lean = Lean.of(banked(4.0, attitude))
+    assert np.hypot(*lean.mean_rad) == pytest.approx(0.2 * 4.0 / 9.80665, rel=0.05)
+    up = Rotation.from_euler("X", -np.arctan(0.2 * 4.0 / 9.80665)).inv().apply([0.0, 0.0, 1.0])
+    assert np.sign(lean.mean_rad[1]) == np.sign(up[1])
+
+
+def test_a_planar_calibration_of_a_banked_turn_has_the_bank_in_its_heading_error() -> None:
+    """The offset holds F sin(dip) tan(bank) of z: over the horizontal field H, tan(dip) tan(bank) / sqrt 2."""
+    recording, known = banked(4.0, True), Reference.of_vector((0.0, 25e3, -43e3))
+    planar = get("planar").fit(recording, known)
+    found = heading_error(planar, None, level_flight(recording, known, recording.mag_nT))
+    assert found is not None
+    expected = np.degrees(43.0 / 25.0 * 0.2 * 4.0 / 9.80665 / np.sqrt(2.0))
+    assert found.low < expected < found.high
+    assert found.value == pytest.approx(expected, rel=0.1)
 
 
 def test_without_an_estimate_there_is_no_heading_error() -> None:
