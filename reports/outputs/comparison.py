@@ -22,10 +22,10 @@ from scenarios.seeds import stream
 from sim.memory_run import run_in_memory
 from sim.simulation import plan
 from validation.bound.ratio import bound_ratio, knowledge_of
-from validation.bound.runs import RunBounds
 from validation.comparison.design import Design
 from validation.comparison.engine import Engine, run_trials
 from validation.comparison.journal import Journal
+from validation.comparison.kept_bounds import BOUNDS, KeptBounds
 from validation.comparison.ranking import Ranking, overall_sentence, rank_calibrators
 from validation.comparison.score_statistics import ScoreStatistic, score_statistics
 from validation.comparison.statistics import LEVEL, width_ratio
@@ -91,7 +91,7 @@ def compare(
         journal = Journal.open(out, design.identity(), warn=warn)
         table = _computed(design, trials, journal, engine, progress, question)
         table.write(out)
-        found = _answered(design, table, question)
+        found = _answered(design, table, question, out)
         write_text(out / ANSWER, json.dumps(summary(found, design.seed), indent=1, allow_nan=False) + "\n")
         write_text(out / REPORT, comparison_page(found))
         total = _pieces(design, trials)
@@ -131,7 +131,7 @@ def _columns(table: TrialTable, until: StoppingRule) -> list[Any]:
     return [table.values(until.score, name, point) for point in table.points for name in table.candidates]
 
 
-def _answered(design: Design, table: TrialTable, question: ComparisonQuestion) -> Comparison:
+def _answered(design: Design, table: TrialTable, question: ComparisonQuestion, out: Path) -> Comparison:
     answers = tuple(rank_calibrators(table, question.score, point) for point in table.points)
     titles = [point_title(values) for values in table.points.values()]
     return Comparison(
@@ -141,25 +141,26 @@ def _answered(design: Design, table: TrialTable, question: ComparisonQuestion) -
         sentence=overall_sentence(answers, titles),
         reference=question.reference or answers[0].best.calibrator.split("@")[0],
         looked_at=_looked_at(table, answers[0]),
-        least=_least(design, table),
+        least=_least(design, table, out),
     )
 
 
-def _least(design: Design, table: TrialTable) -> dict[tuple[int, str, str], Array]:
+def _least(design: Design, table: TrialTable, out: Path) -> dict[tuple[int, str, str], Array]:
     """Return the bound (n,) on each score in every run, by point, calibrator and column; NaN where unknown."""
     knowledge_by_name = {
         one.name: knowledge_of(one.name, one.needs, attitude_free=one.attitude_free, eddy=one.eddy)
         for one in design.candidates
     }
-    knowledges = frozenset(knowledge for knowledge in knowledge_by_name.values() if knowledge)
+    kept = KeptBounds(out / BOUNDS, design, frozenset(filter(None, knowledge_by_name.values())))
     least: dict[tuple[int, str, str], Array] = {}
-    for number, point in enumerate(design.points):
-        bounds = RunBounds(point.scenario, design.seed, knowledges)
-        found = [bounds.of(int(run)) for run in table.runs(number)]
+    for number in range(len(design.points)):
+        found = kept.of(number, table.runs(number).tolist())
+        keys = {key for one in found for key in one}
+        columns = {key: np.array([one.get(key, np.nan) for one in found]) for key in keys}
         least |= {
-            (number, name, column): np.array([one.get((of, column), np.nan) for one in found])
+            (number, name, column): columns[of, column]
             for name, knowledge in knowledge_by_name.items()
-            for of, column in {key for one in found for key in one}
+            for of, column in keys
             if of == knowledge
         }
     return least

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, field
@@ -12,13 +11,12 @@ from typing import Any
 from recordings.files import atomic_write, canonical_json, system_errors_about, write_text
 from recordings.resume import differences
 from scenarios.errors import InputError
+from validation.comparison.sealed_lines import matches, sealed, unsealed
 from validation.comparison.trial import Trial, TrialRow
 from validation.text import counted
 
 JOURNAL = "journal.jsonl"
 COMPARISON = "comparison"
-DIGITS = 32
-"""Hexadecimal digits of a line's checksum: 128 bits of SHA-256."""
 ELSEWHERE = "choose another output directory, or remove this one"
 
 
@@ -56,7 +54,7 @@ class Journal:
         if other and not anew:
             raise InputError(f"holds another {of}: {other}", where=str(out), do=ELSEWHERE)
         if other or not path.exists():
-            write_text(path, _sealed(canonical_json({of: identity})).decode())
+            write_text(path, sealed(canonical_json({of: identity})).decode())
         journal = cls(path)
         with system_errors_about(path):
             removed = _remove_damaged_lines(path)
@@ -68,7 +66,7 @@ class Journal:
     def add(self, trial: Trial) -> None:
         """Append a trial to the file."""
         with system_errors_about(self.path, "free some space; the same command resumes"), self.path.open("ab") as file:
-            file.write(_sealed(json.dumps(asdict(trial), separators=(",", ":"))))
+            file.write(sealed(json.dumps(asdict(trial), separators=(",", ":"))))
         self.there.add((trial.point, trial.run))
 
     def remove(self) -> None:
@@ -89,26 +87,11 @@ class Journal:
                     yield trial
 
 
-def _sealed(content: str) -> bytes:
-    """Return a JSON object as a line that begins with the checksum of what follows it."""
-    rest = content.encode()[1:] + b"\n"
-    return _seal(rest) + rest
-
-
-def _seal(rest: bytes) -> bytes:
-    return b'{"sha256":"' + hashlib.sha256(rest).hexdigest()[:DIGITS].encode() + b'",'
-
-
-def _matches(line: bytes) -> bool:
-    size = len(_seal(b""))
-    return line[:size] == _seal(line[size:])
-
-
 def _read(line: bytes) -> Trial | None:
     """Return the trial of a line, None for a line that does not match its checksum."""
-    if not _matches(line):
+    data = unsealed(line)
+    if data is None:
         return None
-    data = json.loads(line)
     return Trial(data["point"], data["run"], tuple(TrialRow(**row) for row in data["rows"]))
 
 
@@ -117,7 +100,7 @@ def _difference(path: Path, of: str, identity: dict[str, Any]) -> str:
     with path.open("rb") as file:
         line = file.readline()
     other = InputError(f"is no journal of a {of}, or its first line is damaged", where=str(path), do=ELSEWHERE)
-    if not _matches(line) and not line.startswith(f'{{"{of}"'.encode()):  # of a release without checksums
+    if not matches(line) and not line.startswith(f'{{"{of}"'.encode()):  # of a release without checksums
         raise other
     try:
         existing = json.loads(line)[of]
@@ -130,7 +113,7 @@ def _remove_damaged_lines(path: Path) -> int:
     """Write the file again without the lines that do not match their checksum; return their number."""
     with path.open("rb") as file:
         first, *lines = file
-    kept = [line for line in lines if _matches(line)]
+    kept = [line for line in lines if matches(line)]
     if len(kept) < len(lines):
         with atomic_write(path) as part:
             part.write_bytes(b"".join([first, *kept]))
