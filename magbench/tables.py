@@ -12,6 +12,7 @@ from magbench.console import show_table, show_text
 from reports.pages.comparison import Comparison, point_title
 from reports.presentation.diagnosis import GAP_HEADS, PARAMETER_HEADS, PART_HEADS, PresentedDiagnosis, cells
 from reports.presentation.pooled import PresentedPool
+from reports.presentation.stated_iron import IRON_HEADS
 from reports.text.outcome import headline
 from validation.calibrating.output_unit import OutputUnit
 from validation.comparison.ranking import uncorrected_row
@@ -121,6 +122,9 @@ def scalar_term_rows(fit: Calibration) -> list[list[str]]:
 def show_answer(found: PresentedDiagnosis | PresentedPool) -> None:
     """A diagnosis of one or of several recordings: words, tables, and the change of the model where it is short."""
     show_text(found.headline + "\n")
+    if found.stated:
+        iron = [row for one in found.stated for row in one.rows]
+        show_table("the stated calibration against each recording", IRON_HEADS, iron, numbers=False)
     if isinstance(found, PresentedPool):
         _show_together(found)
     else:

@@ -53,9 +53,10 @@ def diagnose(
 
     data : or a list of paths: several recordings of one instrument, diagnosed together.
     model : a scenario's name, or a file of it or of its [field] and [effects.*] alone; without it hard iron, soft iron
-        and white noise, fitted; so with a calibration's file, which `magbench.recheck` compares with the fitted iron.
-        confirm : a second recording, in which the finding must hold too. actuators : channels
-        to treat like motor currents. time_s : (n,) of `data`, where that is an array. policy : the numbers that decide.
+        and white noise, fitted; so with a calibration's file, as of `magbench.recheck`, whose answer is in the result's
+        `stated`, the page and the JSON. confirm : a second recording, in which the finding must hold too. actuators :
+        channels to treat like motor currents. time_s : (n,) of `data`, where that is an array. policy : the numbers
+        that decide.
         run : of a dataset directory; None: all of its runs together. sensor : which of an array of sensors, counted
         from 1. reference_sensor : the one whose reading is the field.
     out : directory for report.html, diagnosis.json, model.toml and recording.rrd. say : called with each stage.
@@ -64,6 +65,7 @@ def diagnose(
     """
     from diagnosis.answer import answer
     from magbench.api.results import diagnosis_result
+    from magbench.api.stated_calibration import stated_iron
 
     read = reading_from(data, maps, reading)
     sources = _sources(data, time_s, read, run, sensor, reference_sensor)
@@ -71,7 +73,8 @@ def diagnose(
     stated = {"strength_nT": strength_nT, "field_enu_nT": vector_nT, "actuators": actuators}
     question = _question(model, stated, policy)
     with locked(out) as place:
-        found = diagnosis_result(answer(question, sources, _second(confirm, sources, read), say))
+        stated_found = stated_iron(model, sources, strength_nT, vector_nT)
+        found = diagnosis_result(answer(question, sources, _second(confirm, sources, read), say), stated_found)
         _write(found, place, sources, say)
     return found
 

@@ -49,16 +49,31 @@ def recheck(
 
     Raises InputError for a file that holds no calibration, a log that cannot be read, and a missing unit.
     """
-    from magbench.api.recheck_result import RecheckResult
-    from validation.rechecking import recheck as judge
-
     read = reading_from(data, maps, reading)
     whole = recording_from(data, reading=read, run=run)
     number = _sensor(whole, sensor)
     recording = whole if number is None else whole.sensor(number - 1)
     field = _field(data, run, field_strength_nT, field_enu_nT, read, recording)
-    strength_nT = field.strength_nT if field else None
-    known = _calibration(old, recording, compass, (old_unit, old_norm, strength_nT), number)
+    return judged(
+        old, recording, field, tolerance_deg=tolerance_deg, compass=compass, scale=(old_unit, old_norm), sensor=number
+    )
+
+
+def judged(
+    old: Calibration | str | PathLike[str],
+    recording: Recording,
+    field: Reference | None,
+    *,
+    tolerance_deg: float | None = None,
+    compass: str | None = None,
+    scale: tuple[str | None, float | None] = (None, None),
+    sensor: int | None = None,
+) -> RecheckResult:
+    """The answer on a recording of one magnetometer; `sensor` is its number in an array."""
+    from magbench.api.recheck_result import RecheckResult
+    from validation.rechecking import recheck as judge
+
+    known = _calibration(old, recording, compass, (*scale, field.strength_nT if field else None), sensor)
     found = judge.recheck(known, recording, field, judge.TOLERANCE_DEG if tolerance_deg is None else tolerance_deg)
     return RecheckResult.of(found, known, recording)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from html import escape
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from reports.plots.style import Figure
     from reports.presentation.diagnosis import PresentedDiagnosis
     from reports.presentation.pooled import PresentedPool
+    from reports.presentation.stated_iron import StatedIron
 
 
 class Displayed(ABC):
@@ -134,20 +136,26 @@ class GateResult(Displayed):
         return draw_gate_course((*self.failed, *self.outcomes)[0])
 
 
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class DiagnosisResult(Diagnosis, Displayed):
-    """Where a recording and a model disagree, and the missing effects."""
+    """Where a recording and a model disagree, and the missing effects.
+
+    stated : the answer on a calibration that was stated in place of a model.
+    """
+
+    stated: tuple[StatedIron, ...] = ()
 
     @classmethod
-    def of(cls, found: Diagnosis) -> Self:
+    def of(cls, found: Diagnosis, stated: Sequence[StatedIron] = ()) -> Self:
         """A diagnosis, displayed."""
-        return cls(**values_of(found))
+        return cls(**values_of(found), stated=tuple(stated))
 
     @cached_property
     def presented(self) -> PresentedDiagnosis:
         """Words, rows and series, as report, viewer and terminal show them."""
         from reports.presentation.diagnosis import PresentedDiagnosis
 
-        return PresentedDiagnosis.of(self)
+        return PresentedDiagnosis.of(self).beside(self.stated)
 
     def to_frame(self) -> pd.DataFrame:
         """The parameters of the missing effects with the ends of their 95 % intervals."""
@@ -165,20 +173,26 @@ class DiagnosisResult(Diagnosis, Displayed):
         return draw_gap(self.presented)
 
 
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class PooledDiagnosisResult(PooledDiagnosis, Displayed):
-    """The diagnosis of several recordings of one instrument, or of an array's sensors."""
+    """The diagnosis of several recordings of one instrument, or of an array's sensors.
+
+    stated : the answer of each recording on a calibration that was stated in place of a model.
+    """
+
+    stated: tuple[StatedIron, ...] = ()
 
     @classmethod
-    def of(cls, found: PooledDiagnosis) -> Self:
+    def of(cls, found: PooledDiagnosis, stated: Sequence[StatedIron] = ()) -> Self:
         """A pooled diagnosis, displayed."""
-        return cls(**values_of(found))
+        return cls(**values_of(found), stated=tuple(stated))
 
     @cached_property
     def presented(self) -> PresentedPool:
         """Words, rows and series, as report, viewer and terminal show them."""
         from reports.presentation.pooled import PresentedPool
 
-        return PresentedPool.of(self)
+        return PresentedPool.of(self).beside(self.stated)
 
     def to_frame(self) -> pd.DataFrame:
         """The parameters of the effects, pooled and in every recording, with their 95 % intervals."""
@@ -196,9 +210,13 @@ class PooledDiagnosisResult(PooledDiagnosis, Displayed):
         return draw_gaps(self.presented)
 
 
-def diagnosis_result(found: Diagnosis | PooledDiagnosis) -> DiagnosisResult | PooledDiagnosisResult:
+def diagnosis_result(
+    found: Diagnosis | PooledDiagnosis, stated: Sequence[StatedIron] = ()
+) -> DiagnosisResult | PooledDiagnosisResult:
     """A diagnosis of one or of several recordings, displayed."""
-    return DiagnosisResult.of(found) if isinstance(found, Diagnosis) else PooledDiagnosisResult.of(found)
+    if isinstance(found, Diagnosis):
+        return DiagnosisResult.of(found, stated)
+    return PooledDiagnosisResult.of(found, stated)
 
 
 class InspectionResult(Inspection, Displayed):

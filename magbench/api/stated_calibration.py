@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from scenarios.errors import InputError
 
 if TYPE_CHECKING:
-    from magbench.api.recheck_result import RecheckResult
+    from calib.reference import Reference
+    from diagnosis.sources import Source
+    from recordings import Recording
+    from reports.presentation.stated_iron import StatedIron
 
 MODELS = (".toml",)
 """Endings of scenario and model files."""
@@ -18,12 +24,43 @@ def is_calibration(model: str | PathLike[str] | None) -> bool:
     return model is not None and Path(model).is_file() and Path(model).suffix not in MODELS
 
 
-def changed_iron(found: RecheckResult) -> dict[str, Any]:
-    """The stated iron against the log's: verdict, and each changed effect by name, with 95 % intervals."""
-    from sim.effects.iron import HardIron, SoftIron
-    from validation.rechecking.parts import JOINT, OFFSET, SOFT_IRON
+def stated_iron(
+    model: str | PathLike[str] | None,
+    sources: Sequence[Source],
+    strength_nT: float | None,
+    vector_nT: Sequence[float] | None,
+) -> tuple[StatedIron, ...]:
+    """The answer on a calibration in place of the model by each recording; none for a model.
 
-    told = found.summary()
-    names = {OFFSET: HardIron.name, SOFT_IRON: SoftIron.name, JOINT: f"{HardIron.name} or {SoftIron.name}"}
-    causes = [{"effect": names.get(one["what"], one["what"])} | one for one in told["changes"]]
-    return {"verdict": told["verdict"], "sentence": told["sentence"], "changed": causes}
+    strength_nT, vector_nT : of the field; None: each recording's own.
+    """
+    from reports.presentation.stated_iron import StatedIron
+
+    if model is None or not is_calibration(model):
+        return ()
+    from magbench.api.recheck import judged
+
+    found = []
+    for source in sources:
+        whole = source.read()
+        recording = whole if whole.array_mag_nT is None else whole.sensor((source.sensor or 1) - 1)
+        field = _field(source, recording, strength_nT, vector_nT)
+        sensor = None if whole.array_mag_nT is None else source.sensor or 1
+        found.append(StatedIron(source.name, judged(model, recording, field, sensor=sensor)))
+    return tuple(found)
+
+
+def _field(
+    source: Source, recording: Recording, strength_nT: float | None, vector_nT: Sequence[float] | None
+) -> Reference | None:
+    """The stated field, else the recording's own; None where nothing tells the field, and for counts."""
+    from validation.calibrating.reference import told_field
+
+    if recording.origin.unit != "nT":
+        return None
+    try:
+        return source.reference(*told_field(strength_nT, vector_nT, recording.origin), "")
+    except InputError:
+        if strength_nT is not None or vector_nT is not None:
+            raise
+        return None

@@ -12,9 +12,6 @@ from magbench.options import FieldStrength, FieldVector, Json
 from magbench.reading_options import reads_logs
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from magbench.api.recheck_result import RecheckResult
     from magbench.api.results import DiagnosisResult, PooledDiagnosisResult
     from recordings.reading import Reading
 
@@ -76,14 +73,13 @@ def command(
     Several recordings are diagnosed together: effects with common coefficients, effects whose coefficients differ, and
     effects of a single recording. The sensors of an array are diagnosed each, and compared; --sensor 2 selects a
     sensor, --reference-sensor 2 takes its reading for the field.
-    Exit status 1 where a gap was found and not explained.
+    Exit status 1 where a gap was found and not explained, and where a stated calibration's iron has changed.
 
     Example: magbench diagnose monday.parquet tuesday.parquet friday.parquet --model auv-dive -o out/diagnosis
     """
     from magbench.api.diagnose import diagnose
     from magbench.console import say
 
-    iron = _iron(model, measured, reading, (field_strength_nT, field_vector(field_enu_nT)), (run or 0, sensor))
     place = out or Path("out") / "diagnosis"
     found = diagnose(
         measured,
@@ -99,45 +95,19 @@ def command(
         out=place,
         say=lambda stage: say(f"diagnosis: {stage}"),
     )
-    _show(found, iron, place, json)
-    if not found.verdict.explained or any(one.verdict == "changed" for one in iron):
+    _show(found, place, json)
+    if not found.verdict.explained or any(one.answer.verdict == "changed" for one in found.stated):
         raise typer.Exit(1)
 
 
-def _show(
-    found: DiagnosisResult | PooledDiagnosisResult, iron: Sequence[RecheckResult], place: Path, json: bool
-) -> None:
-    """The stated calibrations' iron, and the diagnosis."""
-    from magbench.api.stated_calibration import changed_iron
-    from magbench.console import emit, say, show_text
+def _show(found: DiagnosisResult | PooledDiagnosisResult, place: Path, json: bool) -> None:
+    """The answer, the stated calibration's before the diagnosis."""
+    from magbench.console import emit, say
     from magbench.tables import show_answer
     from reports.outputs.diagnosis import FILES
 
-    stated = [changed_iron(one) for one in iron]
     if json:
-        told = {"stated_calibration": stated} if stated else {}
-        emit(found.as_dict() | {"model_out": str(place / "model.toml")} | told)
+        emit(found.presented.summary | {"model_out": str(place / "model.toml")})
     else:
-        for one in stated:
-            show_text(f"the stated calibration: {one['sentence']}\n")
         show_answer(found.presented)
     say(f"{place}: {', '.join(FILES)}")
-
-
-def _iron(
-    model: str | None,
-    measured: list[Path],
-    reading: Reading,
-    field: tuple[float | None, tuple[float, float, float] | None],
-    which: tuple[int, int | None],
-) -> list[RecheckResult]:
-    """A calibration in place of the model, against each recording; none for a model."""
-    from magbench.api.recheck import recheck
-    from magbench.api.stated_calibration import is_calibration
-
-    if model is None or not is_calibration(model):
-        return []
-
-    strength_nT, vector_nT = field
-    options = {"field_enu_nT": vector_nT, "reading": reading, "run": which[0], "sensor": which[1]}
-    return [recheck(model, one, strength_nT, **options) for one in measured]  # type: ignore[arg-type]

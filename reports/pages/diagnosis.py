@@ -7,6 +7,7 @@ from reports.pages.template import render_page
 from reports.plots import diagnosis as plots
 from reports.plots.channel_curves import draw_curves
 from reports.presentation.diagnosis import CANDIDATE_HEADS, PART_HEADS, PresentedDiagnosis
+from reports.presentation.stated_iron import IRON_HEADS
 
 SECTIONS = (
     Section("Gap over time",
@@ -30,6 +31,6 @@ SECTIONS = (
 
 def diagnosis_page(found: PresentedDiagnosis, title: str) -> str:
     """Return the page as self-contained HTML."""
-    heads = {"candidate_heads": CANDIDATE_HEADS, "part_heads": PART_HEADS}
+    heads = {"candidate_heads": CANDIDATE_HEADS, "part_heads": PART_HEADS, "iron_heads": IRON_HEADS}
     sections = drawn_sections(SECTIONS, found)
     return render_page("diagnosis.html", vars(found) | heads | {"title": title, "sections": sections})

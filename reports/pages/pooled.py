@@ -10,6 +10,7 @@ from reports.pages.section import figure_html
 from reports.pages.template import render_page
 from reports.plots.pooled import draw_coefficients, draw_gaps
 from reports.presentation.pooled import PresentedEffect, PresentedPool
+from reports.presentation.stated_iron import IRON_HEADS
 
 
 def pooled_page(pooled: PresentedPool, title: str, folders: tuple[str, ...]) -> str:
@@ -22,6 +23,7 @@ def pooled_page(pooled: PresentedPool, title: str, folders: tuple[str, ...]) -> 
 
     values = {
         "title": title,
+        "iron_heads": IRON_HEADS,
         "effects": drawn(pooled.common),
         "alone": drawn(pooled.single),
         "gaps": list(zip(pooled.gaps, (*folders, ""), strict=True)),

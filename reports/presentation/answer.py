@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Self
 
 from diagnosis.evidence.localise import ChannelShare
 from diagnosis.result import GapSize
 from diagnosis.verdict import Verdict
+from reports.presentation.stated_iron import StatedIron
 from validation.text import digits
 
 
 @dataclass(frozen=True, kw_only=True)
 class PresentedAnswer:
-    """Verdict, sentence and advice; tiles (value, label); the new model with its change, and the JSON of `--json`."""
+    """Verdict, sentence and advice; tiles (value, label); the new model with its change, and the JSON of `--json`.
+
+    stated : the calibration that was stated in place of a model, against each recording.
+    """
 
     verdict: Verdict
     sentence: str
@@ -25,14 +30,23 @@ class PresentedAnswer:
     diff: tuple[str, ...]
     model: str
     summary: dict[str, Any]
+    stated: tuple[StatedIron, ...] = ()
 
     @property
     def headline(self) -> str:
-        """Verdict, sentence and advice as lines of text."""
-        lines = [f"verdict: {self.verdict} ({self.verdict.meaning})", self.sentence]
+        """The stated calibration's answer, verdict, sentence and advice as lines of text."""
+        lines = [one.sentence for one in self.stated]
+        lines += [f"verdict: {self.verdict} ({self.verdict.meaning})", self.sentence]
         if self.advice:
             lines += ["", "what to do next", *(f"{i}. {line}" for i, line in enumerate(self.advice, start=1))]
         return "\n".join(lines)
+
+    def beside(self, stated: Sequence[StatedIron]) -> Self:
+        """Return the answer with that on a stated calibration, in the JSON too."""
+        if not stated:
+            return self
+        told = {"stated_calibration": [one.as_dict() for one in stated]}
+        return replace(self, stated=tuple(stated), summary=self.summary | told)
 
 
 def gap_cells(gap: GapSize) -> tuple[str, ...]:

@@ -81,17 +81,30 @@ def test_calibrate_prints_the_figures_of_other_programs(place: Path, capsys: pyt
     assert fitness["passes"]
 
 
-@pytest.mark.parametrize(("name", "verdict"), [("moved", "changed"), ("same", "valid")])
+@pytest.mark.parametrize(("name", "verdict", "status"), [("moved", "changed", 1), ("same", "valid", 0)])
 def test_diagnose_tells_stale_iron_of_a_stated_calibration(
-    place: Path, name: str, verdict: str, capsys: pytest.CaptureFixture[str]
+    place: Path, name: str, verdict: str, status: int, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    data, old = str(place / f"{name}.parquet"), str(place / "px4.params")
-    main(["diagnose", data, "--model", old, *FIELD, "-o", str(place / "out"), "--json"])
-    (iron,) = json.loads(capsys.readouterr().out)["stated_calibration"]
+    """First in the terminal, in the page, and with its size in the file and in Python."""
+    data, old, out = str(place / f"{name}.parquet"), str(place / "px4.params"), place / "out"
+    assert main(["diagnose", data, "--model", old, *FIELD, "-o", str(out)]) == status
+    first = f"the stated calibration, {name}: {verdict}: "
+    assert " ".join(capsys.readouterr().out.split()).startswith(first)
+    assert first in (out / "report.html").read_text()
+    (iron,) = json.loads((out / "diagnosis.json").read_text())["stated_calibration"]
     assert iron["verdict"] == verdict
+    found = magbench.diagnose(data, old, field_enu_nT=FIELD_ENU_NT)
+    assert [one.answer.verdict for one in found.stated] == [verdict]
     if verdict == "changed":
         assert iron["changed"][0]["effect"] == "hard_iron"
         assert iron["changed"][0]["low"][1] < -933.0 < iron["changed"][0]["high"][1]
+
+
+def test_two_logs_with_different_iron_each_tell_theirs(place: Path) -> None:
+    logs = [place / "same.parquet", place / "moved.parquet"]
+    found = magbench.diagnose(logs, place / "calibration.json", field_enu_nT=FIELD_ENU_NT)
+    told = found.presented.summary["stated_calibration"]
+    assert [(one["recording"], one["verdict"]) for one in told] == [("same", "valid"), ("moved", "changed")]
 
 
 def test_a_result_has_a_table_and_a_picture(place: Path) -> None:
