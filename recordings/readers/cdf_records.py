@@ -17,6 +17,8 @@ WHOLE, COMPRESSED = b"\x00\x00\xff\xff", b"\xcc\xcc\x00\x01"
 STREAM_AT = 40
 """The first byte of the stream of a compressed file, behind the header and the record's own fields."""
 GZIP = b"\x1f\x8b\x08"
+STEP = 4096
+"""Bytes of a stream that are decompressed at once: a stream of some bytes costs no copy of the whole file."""
 MOST_COUNT = 10_000
 """Variables, attributes and entries of a file; the specification's largest number of dimensions is 10."""
 MOST_DIMENSIONS = 10
@@ -31,26 +33,49 @@ class DamagedCdfError(Exception):
 
 def inflated(data: bytes, most: int) -> bytes:
     """Return a gzip stream decompressed, as far as whole; DamagedCdfError for more than `most` bytes."""
-    stream, parts, size, rest = zlib.decompressobj(31), [], 0, data
+    return b"".join(_pieces(data, Expanded(most)))
+
+
+@dataclass
+class Expanded:
+    """The bytes that may still pass through the decompressor."""
+
+    most: int
+    spent: int = 0
+
+    def spend(self, size: int) -> None:
+        """Count bytes; DamagedCdfError for more than `most`."""
+        self.spent += size
+        if self.spent > self.most:
+            raise DamagedCdfError(f"more than {self.most} bytes are compressed in it")
+
+
+def _pieces(data: bytes | memoryview, expanded: Expanded) -> Iterator[bytes]:
+    """Yield a gzip stream decompressed, as far as whole, piece by piece."""
+    stream = zlib.decompressobj(31)
     try:
-        while rest and not stream.eof:
-            parts.append(stream.decompress(rest, 1 << 24))
-            size += len(parts[-1])
-            if size > most:
-                raise DamagedCdfError(f"more than {most} bytes are compressed in it")
-            rest = stream.unconsumed_tail
+        for at in range(0, len(data), STEP):
+            expanded.spend(min(STEP, len(data) - at))
+            rest = bytes(data[at : at + STEP])
+            while rest and not stream.eof:
+                piece = stream.decompress(rest, 1 << 20)
+                expanded.spend(len(piece))
+                yield piece
+                rest = stream.unconsumed_tail
+            if stream.eof:
+                return
     except zlib.error:
-        pass  # the mark of a stream may stand in numbers
-    return b"".join(parts)
+        return  # the mark of a stream may stand in numbers
 
 
 def check_records(data: bytes, most: int) -> None:
     """Raise DamagedCdfError for records that no reader can follow, and for more than `most` bytes decompressed."""
     if data[4:HEADER] == COMPRESSED:
         data = data[:HEADER] + inflated(data[STREAM_AT:], most)
-    total, at = 0, data.find(GZIP)
+    expanded, at = Expanded(most), data.find(GZIP)
     while at >= 0:
-        total += len(inflated(data[at:], most - total))
+        for _ in _pieces(memoryview(data)[at:], expanded):
+            pass
         at = data.find(GZIP, at + 1)
     walk = _Walk(data)
     gdr = walk.number(HEADER + 12, 8)

@@ -13,6 +13,10 @@ from scenarios.errors import InputError
 MOST_VALUES = 40_000_000
 """Numbers that a reader takes from one file: 320 MB as float64."""
 
+LEAST_EXPANDED_BYTES, MOST_RATIO = 200_000_000, 50
+"""Bytes that a compressed file may hold, or this multiple of its size where more: noise does not compress, and the
+columns that never change seldom outnumber the others by fifty."""
+
 
 @contextmanager
 def library_errors_about(path: Path, form: str) -> Iterator[None]:
@@ -36,3 +40,15 @@ def check_values(path: Path, values: int) -> None:
     if values > MOST_VALUES:
         what = f"holds {values:.3g} numbers, at most {MOST_VALUES:.3g} are read"
         raise InputError(what, where=str(path), do="give a part of the log, or fewer variables")
+
+
+def check_expansion(path: Path, declared: int) -> None:
+    """Raise InputError for a file whose content, in bytes as read, is out of proportion to the file's size."""
+    if declared > most_expanded(path.stat().st_size):
+        what = f"expands to {declared / 1e6:.3g} MB, more than {MOST_RATIO} times its size"
+        raise InputError(what, where=str(path), do="give a part of the log, or fewer variables")
+
+
+def most_expanded(size: int) -> int:
+    """Return the bytes that a file of this size may expand to."""
+    return max(LEAST_EXPANDED_BYTES, MOST_RATIO * size)

@@ -17,7 +17,13 @@ from recordings.columns import mag_names
 from recordings.files import system_errors_about
 from recordings.readers.base import FileContents, FileFormat, Wanted, library
 from recordings.readers.cdf_records import COMPRESSED, WHOLE, DamagedCdfError, check_records
-from recordings.readers.damage import MOST_VALUES, check_values, library_errors_about
+from recordings.readers.damage import (
+    MOST_VALUES,
+    check_expansion,
+    check_values,
+    library_errors_about,
+    most_expanded,
+)
 from recordings.readers.iaga import NO_BODY_FRAME, field_of_elements
 from scenarios.arrays import Array
 from scenarios.errors import InputError
@@ -81,7 +87,9 @@ def _variables(path: Path) -> tuple[dict[str, NDArray[Any]], tuple[float, ...] |
     with library_errors_about(path, _FORM):
         file = reader.CDF(path)
         names = [n for n in file.cdf_info().zVariables if ELEMENT.match(n) or TEMPERATURE.match(n) or n in TIMES]
-        check_values(path, sum(_size(file.varinq(name)) for name in names))
+        declared = sum(_size(file.varinq(name)) for name in names)
+        check_values(path, declared)
+        check_expansion(path, 8 * declared)
         found = {name: _values(file, name) for name in names}
         attributes = file.globalattsget()
     return {name: values for name, values in found.items() if values.ndim == 1}, _place(attributes)
@@ -117,9 +125,9 @@ def _check(path: Path) -> None:
     with system_errors_about(path, "check the path and the permissions"):
         data = path.read_bytes()
     try:
-        check_records(data, 8 * MOST_VALUES)
+        check_records(data, min(8 * MOST_VALUES, most_expanded(len(data))))
     except DamagedCdfError as error:
-        raise InputError(f"is cut off or damaged CDF: {error}", where=str(path), do="download it again") from error
+        raise InputError(f"cannot be read as CDF: {error}", where=str(path), do="download it again") from error
 
 
 IMAGCDF = FileFormat(

@@ -1,4 +1,4 @@
-"""MATLAB's .mat files: v4 by scipy, v5 to v7, v7.3 by pymatreader; structs become dotted names, vectors x, y, z."""
+"""MATLAB's .mat files: v4 by scipy, v5 to v7, v7.3 by h5py; structs become dotted names, vectors x, y, z."""
 
 from __future__ import annotations
 
@@ -12,14 +12,23 @@ from numpy.typing import NDArray
 from recordings.files import system_errors_about
 from recordings.readers.array_columns import chosen_rows, columns_of, table_of
 from recordings.readers.base import FileContents, FileFormat, Wanted, library, stripped_names
-from recordings.readers.damage import MOST_VALUES, check_values, library_errors_about
-from recordings.readers.mat5 import MOST_DEPTH, DamagedMatError, arrays_of
+from recordings.readers.damage import (
+    MOST_VALUES,
+    check_expansion,
+    check_values,
+    library_errors_about,
+    most_expanded,
+)
+from recordings.readers.hdf5 import MOST_ATTRIBUTE, attribute_bytes, data_sets, declared_bytes
+from recordings.readers.mat5 import MOST_DEPTH, DamagedMatError, Found, arrays_of
 from scenarios.errors import InputError
 
 HDF_MARK, HDF_AT = b"\x89HDF\r\n\x1a\n", 512
 """The mark of HDF5 behind the text of a v7.3 header."""
 ENDIAN = (b"\x00\x01IM", b"\x01\x00MI")
 """Version and byte order at byte 124 of v5 to v7."""
+TEXTS = (b"char", b"cell", b"string")
+"""Classes of v7.3 whose numbers are letters or references."""
 V4_HEADER = 20
 _FORM = "MATLAB data"
 
@@ -73,26 +82,37 @@ def _arrays(path: Path) -> Mapping[str, NDArray[Any]]:
     with system_errors_about(path, "check the path and the permissions"):
         data = path.read_bytes()
     if _is_hdf(data):
-        return dict(_flattened("", _hdf_variables(path), 0))
+        return _hdf_arrays(path)
     if data[124:128] not in ENDIAN:
         with library_errors_about(path, _FORM):
             from scipy.io import loadmat
 
             return dict(_flattened("", loadmat(path), 0))
     try:
-        return arrays_of(data, 8 * MOST_VALUES)
+        return arrays_of(data, min(8 * MOST_VALUES, most_expanded(len(data))))
     except DamagedMatError as error:
-        raise InputError(f"is cut off or damaged {_FORM}: {error}", where=str(path), do="save it again") from error
+        raise InputError(f"cannot be read as {_FORM}: {error}", where=str(path), do="save it again") from error
 
 
-def _hdf_variables(path: Path) -> Mapping[str, Any]:
-    reader, h5py = library(path, "pymatreader", "mat"), library(path, "h5py", "mat")
-    with library_errors_about(path, _FORM):
-        with h5py.File(path, "r") as file:
-            sizes: list[int] = []
-            file.visititems(lambda name, item: sizes.append(int(getattr(item, "size", 0) or 0)))
-        check_values(path, sum(sizes))
-        return dict(reader.read_mat(path))
+def _hdf_arrays(path: Path) -> Found:
+    """Return the arrays of a v7.3 file by their names, in the shape that MATLAB shows; words and cells are left out."""
+    h5py = library(path, "h5py", "mat")
+    with library_errors_about(path, _FORM), h5py.File(path, "r") as file:
+        found = dict(data_sets(h5py, file, MOST_DEPTH, str(path)))
+        numeric = {name: item for name, item in found.items() if _is_numeric(name, item)}
+        check_values(path, sum(map(declared_bytes, numeric.values())) // 8)
+        check_expansion(path, sum(map(declared_bytes, numeric.values())))
+        return {name: np.asarray(item[()]).T for name, item in numeric.items()}
+
+
+def _is_numeric(name: str, item: Any) -> bool:
+    """Return whether a data set of numbers is an array: no text, no content of a cell, and not MATLAB's mark of [].
+
+    The attributes of the data set tell, in few bytes.
+    """
+    large = any(attribute_bytes(item.attrs, key) > MOST_ATTRIBUTE for key in item.attrs)
+    text = large or np.bytes_(item.attrs.get("MATLAB_class", b"")) in TEXTS
+    return not (text or name.startswith("#") or "MATLAB_empty" in item.attrs)
 
 
 def _flattened(name: str, value: Any, depth: int) -> Iterator[tuple[str, NDArray[Any]]]:

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,8 @@ STRUCT, NUMERIC = 2, range(6, 16)
 """Classes of a matrix: a struct; double, single and whole numbers."""
 COMPLEX = 0x800
 MOST_FIELDS = 10_000
+MOST_ELEMENTS = 300_000
+"""Elements of a file that are looked at, of some 5 us each; an array takes five."""
 MOST_DEPTH = 6
 """Levels of structs within structs that are read."""
 Found = dict[str, NDArray[Any]]
@@ -35,13 +38,31 @@ class DamagedMatError(Exception):
     """A MATLAB file whose elements contradict each other, or are larger than what is read."""
 
 
+@dataclass
+class ElementCount:
+    """The elements of a file that may still be looked at."""
+
+    left: int = MOST_ELEMENTS
+
+    def spend(self) -> None:
+        """Count an element; DamagedMatError for more than MOST_ELEMENTS."""
+        self.left -= 1
+        if self.left < 0:
+            raise DamagedMatError(f"it has more than {MOST_ELEMENTS} elements")
+
+
 @dataclass(frozen=True)
 class Element:
-    """An element's type, and its data in the byte order of the file, "<" or ">"."""
+    """An element's type, its data in the byte order of the file, "<" or ">", and the count of the file's elements."""
 
     kind: int
     data: memoryview
     order: str
+    count: ElementCount = field(default_factory=ElementCount)
+
+    def within(self, plain: bytes) -> Element:
+        """Return the decompressed data of an element as one that holds elements."""
+        return Element(0, memoryview(plain), self.order, self.count)
 
     def numbers(self) -> NDArray[Any]:
         """Return the data of an element of numbers (n,)."""
@@ -54,12 +75,13 @@ class Element:
         """Yield the elements within."""
         at, size = 0, len(self.data)
         while at + 8 <= size:
+            self.count.spend()
             first, second = np.frombuffer(self.data[at : at + 8], f"{self.order}u4").tolist()
             small = first >> 16
             kind, length, begin = (first & 0xFFFF, small, at + 4) if small else (first, second, at + 8)
             if begin + length > size or small > 4:
                 raise DamagedMatError("an element ends beyond the data that hold it")
-            yield Element(kind, self.data[begin : begin + length], self.order)
+            yield Element(kind, self.data[begin : begin + length], self.order, self.count)
             at = at + 8 if small else begin + (length if kind == COMPRESSED else -(-length // 8) * 8)
 
 
@@ -70,21 +92,24 @@ def arrays_of(data: bytes, most: int) -> Found:
     Raises DamagedMatError for what contradicts itself, and for more than `most` bytes, decompressed.
     """
     order = "<" if data[126:128] == b"IM" else ">"
-    found: Found = {}
+    found, size = Found(), 0
     for part in Element(0, memoryview(data)[HEADER:], order).parts():
         if part.kind == COMPRESSED:
-            plain = inflated(bytes(part.data), most)
-            most -= len(plain)
-            for inner in Element(0, memoryview(plain), order).parts():
+            plain = inflated(bytes(part.data), most, size)
+            size += len(plain)
+            for inner in part.within(plain).parts():
                 found |= _matrix("", inner, 0)
         else:
             found |= _matrix("", part, 0)
     return found
 
 
-def inflated(data: bytes, most: int) -> bytes:
-    """Return zlib's stream decompressed; DamagedMatError for another stream, and for more than `most` bytes."""
-    stream, parts, size, rest = zlib.decompressobj(), [], 0, data
+def inflated(data: bytes, most: int, size: int = 0) -> bytes:
+    """Return zlib's stream decompressed; DamagedMatError for another stream, and for more than `most` bytes.
+
+    size : of the streams of the same file that were decompressed before.
+    """
+    stream, parts, rest = zlib.decompressobj(), [], data
     try:
         while rest and not stream.eof:
             parts.append(stream.decompress(rest, 1 << 24))
@@ -99,7 +124,7 @@ def inflated(data: bytes, most: int) -> bytes:
 
 def _matrix(name: str, element: Element, depth: int) -> Found:
     """Return the arrays in a matrix: itself, or the fields of a struct. `name` is that of the struct around."""
-    parts = list(element.parts()) if element.kind == MATRIX else []
+    parts = list(islice(element.parts(), 4 + MOST_FIELDS)) if element.kind == MATRIX else []
     if len(parts) < 4 or depth > MOST_DEPTH:
         return {}
     flags, shape = int(parts[0].numbers()[:1].sum()), tuple(parts[1].numbers().tolist())
@@ -129,6 +154,6 @@ def _fields(name: str, parts: list[Element], depth: int) -> Found:
         return {}
     names = [text[k : k + length].split(b"\0")[0].decode("latin-1") for k in range(0, len(text), length)]
     found: Found = {}
-    for field, part in zip(names, parts[2:], strict=False):
-        found |= _matrix(f"{name}.{field}", part, depth + 1)
+    for key, part in zip(names, parts[2:], strict=False):
+        found |= _matrix(f"{name}.{key}", part, depth + 1)
     return found

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from recordings.readers.base import library
-from recordings.readers.damage import MOST_VALUES, check_values, library_errors_about
+from recordings.readers.damage import MOST_VALUES, check_expansion, check_values, library_errors_about
+from recordings.readers.hdf5 import Attributes, data_sets, declared_bytes
 from recordings.readers.since import Since, since_of
 from scenarios.arrays import Array
 from scenarios.errors import InputError
@@ -96,23 +97,20 @@ def open_netcdf(path: Path, head: bytes) -> NetcdfFile:
 def _hdf(path: Path) -> NetcdfFile:
     h5py = library(path, "h5py", "netcdf")
     with library_errors_about(path, _FORM), h5py.File(path, "r") as file:
-        sets = {name: item for name, item in file.items() if isinstance(item, h5py.Dataset) and _is_numeric(item)}
-        check_values(path, sum(_numbers(item) for item in sets.values()))
+        sets = {name: item for name, item in data_sets(h5py, file, 0, str(path)) if _is_numeric(item)}
+        declared = sum(map(declared_bytes, sets.values()))
+        check_values(path, declared // 8)
+        check_expansion(path, declared)
+        attributes = Attributes(str(path))
         shapes = {name: _dimensions(name, item) for name, item in sets.items()}
-        found = {name: _variable(shapes[name], _plain(item.attrs), item[()]) for name, item in sets.items()}
-        return NetcdfFile(found, _plain(file.attrs))
-
-
-def _numbers(item: Any) -> int:
-    """Return the numbers that a variable declares, or one of its chunks where that is more."""
-    chunk = int(np.prod(item.chunks, dtype=np.float64)) if item.chunks else 0
-    return max(int(np.prod(item.shape, dtype=np.float64)), chunk)
+        found = {name: _variable(shapes[name], attributes.of(item), item[()]) for name, item in sets.items()}
+        return NetcdfFile(found, attributes.of(file))
 
 
 def _is_numeric(item: Any) -> bool:
     """Return whether a data set is a variable of numbers, and no dimension without values."""
     bare = as_text(item.attrs.get("NAME", "")).startswith("This is a netCDF dimension but not")
-    return item.shape is not None and item.dtype.kind in "fiu" and not bare
+    return item.dtype.kind in "fiu" and not bare
 
 
 def _dimensions(name: str, item: Any) -> tuple[str, ...]:
@@ -121,16 +119,6 @@ def _dimensions(name: str, item: Any) -> tuple[str, ...]:
         return (name,)
     scales = [dimension[0].name.rsplit("/", 1)[-1] if len(dimension) else "" for dimension in item.dims]
     return tuple(scale or f"of {size}" for scale, size in zip(scales, item.shape, strict=True))
-
-
-def _plain(attributes: Any) -> dict[str, Any]:
-    """Return the attributes of text and of numbers; references and others are internal to HDF5."""
-    found: dict[str, Any] = {}
-    for name in attributes:
-        if name.isupper() and name in ("DIMENSION_LIST", "REFERENCE_LIST", "CLASS", "NAME"):
-            continue
-        found[name] = attributes[name]
-    return found
 
 
 def _classic(path: Path) -> NetcdfFile:

@@ -20,6 +20,10 @@ from scenarios.errors import InputError
 ZIP = b"PK\x03\x04"
 MOST_FILES, MOST_BYTES = 1000, 400_000_000
 """Files of a package, and bytes of all its tables, unpacked."""
+LEAST_UNPACKED, MOST_RATIO = 60_000_000, 15
+"""Bytes that the tables of an archive may hold, or this multiple of its size where more: text of measured numbers is
+compressed to a fourth to a tenth."""
+STEP = 1 << 20
 SUFFIX = ".csv"
 
 
@@ -27,19 +31,24 @@ SUFFIX = ".csv"
 class TablePackage:
     """The text tables of a package by their paths within it; `read` returns the bytes of one.
 
-    path : the archive or directory, for messages. size : of all tables in bytes, unpacked.
+    path : the archive or directory, for messages. size : of all tables in bytes, unpacked. packed : whether an archive.
     """
 
     path: Path
     members: tuple[str, ...]
     size: int
     read: Callable[[str], bytes]
+    packed: bool = False
 
     def check_size(self) -> None:
         """Raise InputError for more files or bytes than are unpacked."""
         if len(self.members) > MOST_FILES or self.size > MOST_BYTES:
             most = f"at most {MOST_FILES} of {MOST_BYTES / 1e6:.3g} MB are read"
             what = f"holds {len(self.members)} tables of {self.size / 1e6:.3g} MB together, {most}"
+            raise InputError(what, where=str(self.path), do="give a shorter recording")
+        packed = self.path.stat().st_size
+        if self.packed and self.size > max(LEAST_UNPACKED, MOST_RATIO * packed):
+            what = f"expands to {self.size / 1e6:.3g} MB, more than {MOST_RATIO} times its size"
             raise InputError(what, where=str(self.path), do="give a shorter recording")
 
     @property
@@ -84,9 +93,9 @@ def archive(path: Path) -> TablePackage:
 
     def read(member: str) -> bytes:
         with zipfile.ZipFile(path) as file, file.open(member) as part:
-            return part.read(MOST_BYTES)
+            return b"".join(iter(lambda: part.read(STEP), b""))  # the library ends at the size that the archive states
 
-    return TablePackage(path, tuple(one.filename for one in found), size, read)
+    return TablePackage(path, tuple(one.filename for one in found), size, read, packed=True)
 
 
 def directory(path: Path) -> TablePackage:
