@@ -9,9 +9,11 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Any
+from itertools import chain
+from typing import Any, Literal
 
 import typer
+from rich.box import HEAVY_HEAD, SIMPLE_HEAD
 from rich.console import Console
 from rich.padding import Padding
 from rich.progress import (
@@ -36,8 +38,6 @@ INDENT = 2
 """Columns by which the cells of a list are indented."""
 LINES_A_ROW = 4
 """Lines that a row of a table takes on average at most; a longer table becomes a list."""
-UNLIMITED = 10_000
-"""Columns at which no table is squeezed."""
 PLAIN_INTERVAL_S = 10.0
 """Time between progress lines where there is no terminal."""
 messages = Console(stderr=True, soft_wrap=True, highlight=False)
@@ -88,26 +88,41 @@ def show_points(points: Sequence[tuple[str, str]]) -> None:
 def show_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]], *, numbers: bool = True) -> None:
     """A table on standard output: the first column to the left, numbers to the right.
 
-    A table that would break words on this width becomes a list, a line each cell.
+    Where the width demands it heads stand a word a line, then columns without lines between them; a table that would
+    break words all the same becomes a list, a line each cell.
     """
     console = _results()
-    lines = any("\n" in cell for row in rows for cell in row)
-    table = Table(title=title or None, title_justify="left", show_lines=lines)
-    for index, column in enumerate(columns):
-        table.add_column(column, justify="right" if numbers and index else "left", overflow="fold", no_wrap=not index)
+    narrow = [head.replace(" ", "\n") for head in columns]
+    wide: dict[str, Any] = {"box": HEAVY_HEAD}
+    slim: dict[str, Any] = {"box": SIMPLE_HEAD, "padding": 0, "show_edge": False}
+    for heads, style in ((columns, wide), (narrow, wide), (narrow, slim)):
+        table = _table(title, heads, rows, style, numbers=numbers)
+        lines = ["".join(part.text for part in line) for line in console.render_lines(table)]
+        if _readable(lines, [*columns, *chain.from_iterable(rows)], len(rows)):
+            console.print(table)
+            return
+    console.print(*_as_list(title, columns, rows), sep="\n")
+
+
+def _table(
+    title: str, heads: Sequence[str], rows: Sequence[Sequence[str]], style: Mapping[str, Any], *, numbers: bool
+) -> Table:
+    spread = any("\n" in cell for row in rows for cell in row)
+    table = Table(title=title or None, title_justify="left", show_lines=spread, **style)
+    for index, head in enumerate(heads):
+        justify: Literal["left", "right"] = "right" if numbers and index else "left"
+        table.add_column(head, justify=justify, overflow="fold", no_wrap=not index)
     for row in rows:
         table.add_row(*row)
-    if _readable(table, console):
-        console.print(table)
-    else:
-        console.print(*_as_list(title, columns, rows), sep="\n")
+    return table
 
 
-def _readable(table: Table, console: Console) -> bool:
-    """Whether the table fits without a broken word, and without cells that run over many lines."""
-    if console.measure(table, options=console.options.update(width=UNLIMITED)).minimum > console.width:
+def _readable(lines: Sequence[str], cells: Sequence[str], rows: int) -> bool:
+    """Whether no word of a drawn table is broken and no row runs over many lines."""
+    if len(lines) > LINES_A_ROW * (rows + 2):
         return False
-    return len(console.render_lines(table)) <= LINES_A_ROW * (table.row_count + 1)
+    drawn = set(" ".join(lines).split())
+    return all(word in drawn for cell in cells for word in cell.split())
 
 
 def _results() -> Console:

@@ -24,13 +24,14 @@ def run(
     seed: int | None = None,
     exec_: Sequence[str] = (),
     time_limit_s: float | None = None,
+    full: bool = False,
     progress: Progress = lambda done, total: None,
     warn: Callable[[str], object] = lambda text: None,
 ) -> RunResult:
     """Simulate a scenario, calibrate, and score against the truth; with `out` write report and recording there.
 
-    with_, exec_ : the calibrators, as in `calibrate`; by default the scenario's. progress : called with
-    (stages done, stages in all); warn : with a line about an incident.
+    with_, exec_ : the calibrators, as in `calibrate`; by default the scenario's. full : recording.rrd keeps every
+    sample. progress : called with (stages done, stages in all); warn : with a line about an incident.
 
     Raises InputError for a bad scenario, an unknown calibrator, and an `out` that holds another dataset.
     """
@@ -40,6 +41,8 @@ def run(
     spec = scenario_from(scenario, overrides)
     chosen = calibrators_from(with_, exec_, time_limit_s, spec.calibrators)
     if out is not None:
-        return RunResult.of(run_scenario(spec, Path(out), seed=seed, chosen=chosen, progress=progress, warn=warn))
+        return RunResult.of(
+            run_scenario(spec, Path(out), seed=seed, chosen=chosen, full=full, progress=progress, warn=warn)
+        )
     with place_for(None) as place:
         return RunResult.of(simulate_and_score(spec, place, seed, chosen, progress, warn))

@@ -36,6 +36,7 @@ def command(
     seed: Seed = None,
     set_: Overrides = None,
     fail_if: FailIf = None,
+    full: Annotated[bool, typer.Option("--full", help="Keep every sample in recording.rrd.")] = False,
     json: Json = False,
 ) -> None:
     """Simulate a scenario, calibrate, score against the truth, write report and recording.
@@ -56,7 +57,7 @@ def command(
     conditions = _conditions(fail_if or (), spec, **chosen)
     place = out or Path("out") / spec.name
     with progress(f"running {spec.name}") as report:
-        outcome = run(spec, place, **chosen, seed=seed, progress=report, warn=warn)
+        outcome = run(spec, place, **chosen, seed=seed, full=full, progress=report, warn=warn)
     failures = [failure for one in conditions if (failure := one.failure(outcome.scores))]
     failures += not_applicable(outcome.calibrations) if with_ or exec_ else []
     _show(outcome, place, failures, json)

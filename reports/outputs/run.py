@@ -16,7 +16,7 @@ from recordings import Recording, Truth, read_run
 from recordings.files import locked_directory, write_text
 from reports.pages.outcome import outcome_page
 from reports.text.outcome import compare_command
-from reports.viewer import write_recording
+from reports.viewer import DRAWN, FULL, Detail, write_recording
 from scenarios.errors import InputError
 from scenarios.plain import json_ready
 from sim import effects as effect_table
@@ -45,19 +45,22 @@ def run_scenario(
     *,
     seed: int | None = None,
     chosen: Sequence[CalibratorEntry] | None = None,
+    full: bool = False,
     progress: Progress = lambda done, total: None,
     warn: Callable[[str], object] = lambda text: None,
 ) -> Outcome:
     """Write the dataset, scores.json, calibration.json, report.html and recording.rrd into `out`.
 
-    chosen : calibrators, by default the scenario's.
+    chosen : calibrators, by default the scenario's. full : the recording keeps every sample.
 
     An existing dataset of the same scenario and seed is reused. Raises InputError for a bad scenario, an unknown
     calibrator, an `out` with a different dataset or a second writing process, and where the system refuses to write.
     """
     chosen = chosen or calibrators_of_scenario(scenario.calibrators)
     with locked_directory(out):
-        return _run(scenario, out, seed, chosen, progress, warn)
+        outcome = simulate_and_score(scenario, out, seed, chosen, progress, warn)
+        _write(outcome, out, FULL if full else DRAWN, progress)
+    return outcome
 
 
 def simulate_and_score(
@@ -75,23 +78,15 @@ def simulate_and_score(
     return replace(outcome, tracking=written.files[0].tracking)
 
 
-def _run(
-    scenario: Scenario,
-    out: Path,
-    seed: int | None,
-    chosen: Sequence[CalibratorEntry],
-    progress: Progress,
-    warn: Callable[[str], object],
-) -> Outcome:
-    outcome = simulate_and_score(scenario, out, seed, chosen, progress, warn)
+def _write(outcome: Outcome, out: Path, detail: Detail, progress: Progress) -> None:
+    """Write calibrations, scores, page and recording: the last two stages."""
     write_calibrations(outcome.calibrations, out)
     write_text(out / "scores.json", json.dumps(summary(outcome), indent=1, allow_nan=False) + "\n")
     progress(2, STAGES)
     write_text(out / "report.html", outcome_page(outcome))
     progress(3, STAGES)
-    write_recording(outcome, out / "recording.rrd")
+    write_recording(outcome, out / "recording.rrd", detail)
     progress(4, STAGES)
-    return outcome
 
 
 def calibrate_and_score(

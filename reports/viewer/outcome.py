@@ -1,8 +1,9 @@
-"""Rerun recording of a run: vehicle in motion, field on the sphere, every series at full resolution."""
+"""Rerun recording of a run: vehicle in motion, field on the sphere, every series."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from itertools import chain, cycle, islice
 from pathlib import Path
 
@@ -15,7 +16,6 @@ from reports.text.outcome import notes_markdown
 from reports.viewer.stream import (
     DIFFERENCE,
     MEASURED,
-    MOST_POSES,
     TRUE,
     Content,
     Rows,
@@ -30,31 +30,51 @@ from reports.viewer.stream import (
     write_whole,
 )
 from reports.viewer.vehicle_mesh import radius_m, solids
+from scenarios.arrays import Array
 from sim.vehicles import vehicle_for
 from sim.vehicles.base import Vehicle
 from validation.scoring.outcome import Outcome
 from validation.signals.thinning import envelope, every_nth
 
-MOST_POINTS, THIN_BUCKETS = 20_000, 25_000
+
+@dataclass(frozen=True)
+class Detail:
+    """Rows that a recording keeps of a series, and of poses, arrows and clouds in space."""
+
+    samples: int
+    poses: int
+
+    def thinned(self, time_s: Array, values: Array) -> tuple[Array, Array]:
+        """Return times and values of a series, thinned to least and greatest values where it is longer."""
+        return envelope(time_s, values, self.samples // 2)
+
+
+DRAWN = Detail(samples=8_000, poses=5_000)
+"""More rows than a screen has columns, so that zooming in five times still shows every bucket."""
+FULL = Detail(samples=2**40, poses=20_000)
 PLACE, VEHICLE = "world/place", "world/place/vehicle"
 """The frame that moves with the vehicle but does not turn, so that a view of it follows; and the vehicle's own."""
 
 
-def write_recording(outcome: Outcome, path: Path) -> None:
+def write_recording(outcome: Outcome, path: Path, detail: Detail = DRAWN) -> None:
     """Write the recording with its layout as an .rrd file.
 
     Timeline `time`: seconds since the start of the run. Entities with a row per sample, float64: `mag`, `true_field`,
-    `effects/<name>`, `corrected/<calibrator>` (x, y, z in nT, body frame), `current` (A), `temperature` (degC). Beyond
-    50 000 samples thinned to least and greatest values: `norm/<name>`, `residual/<calibrator>` (see
-    Outcome.residual_nT). In space, at most 20 000 poses: `world` (m, ENU) and `cloud` (nT, body frame). Of an array,
-    sensor 1 is shown.
+    `effects/<name>`, `corrected/<calibrator>` (x, y, z in nT, body frame), `norm/<name>`, `residual/<calibrator>` (see
+    Outcome.residual_nT), `current` (A), `temperature` (degC). In space: `world` (m, ENU) and `cloud` (nT, body frame).
+    Of an array, sensor 1 is shown.
+
+    detail : series beyond its samples are thinned to least and greatest values, poses to every nth; FULL keeps every
+    sample.
 
     The file is made in memory, written beside `path` and renamed; a failure leaves no file. Raises InputError where the
     file cannot be written.
     """
     scenario = outcome.scenario
     about = rr.AnyValues(name=scenario.name, summary=scenario.summary, seed=scenario.seed, sensors=outcome.sensors)
-    contents = chain([text(notes_markdown(outcome))], _world(outcome), _clouds(outcome), _series(outcome))
+    contents = chain(
+        [text(notes_markdown(outcome))], _world(outcome, detail), _clouds(outcome, detail), _series(outcome, detail)
+    )
     title = f"{scenario.name}, seed {scenario.seed}"
     write_whole(path, recording_bytes(scenario.name, title, _blueprint(outcome), contents, scenario=about))
 
@@ -62,15 +82,15 @@ def write_recording(outcome: Outcome, path: Path) -> None:
 # the vehicle in space
 
 
-def _world(outcome: Outcome) -> Iterator[Content]:
+def _world(outcome: Outcome, detail: Detail) -> Iterator[Content]:
     yield Content("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
     colours, radii = phase_colours(outcome), rr.Radius.ui_points(1.5)
     for k, (label, first, last) in enumerate(outcome.phases()):
         pos_m = outcome.truth.pos_enu_m[first : last + 1]
-        path_m = pos_m[every_nth(len(pos_m), MOST_POSES)]
+        path_m = pos_m[every_nth(len(pos_m), detail.poses)]
         strip = rr.LineStrips3D([path_m], colors=rgb(colours[label]), radii=radii, labels=label)
         yield Content(f"world/path/{k:03d}_{label}", strip)
-    keep = every_nth(len(outcome.recording), MOST_POSES)
+    keep = every_nth(len(outcome.recording), detail.poses)
     yield from _vehicle(outcome, keep)
     yield from _arrows(outcome, keep)
 
@@ -119,13 +139,13 @@ def _arrows(outcome: Outcome, keep: slice) -> Iterator[Content]:
         yield Content(f"{VEHICLE}/field/{name}", style, Rows(time_s, rr.Arrows3D, {"vectors": values}))
 
 
-def _clouds(outcome: Outcome) -> Iterator[Content]:
+def _clouds(outcome: Outcome, detail: Detail) -> Iterator[Content]:
     recording, radius = outcome.recording, outcome.field_strength_nT
     yield Content("cloud", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
     sphere = rr.Ellipsoids3D(half_sizes=[[radius] * 3], colors=(150, 158, 166, 90), line_radii=rr.Radius.ui_points(0.5))
     yield Content("cloud/reference", sphere)
     corrected = {f"corrected/{entity_name(name)}": outcome.corrected[name] for name in outcome.shown()}
-    keep = every_nth(len(recording), MOST_POINTS)
+    keep = every_nth(len(recording), detail.poses)
     for (name, cloud), colour in zip(({"raw": recording.mag_nT} | corrected).items(), _cycle(), strict=False):
         yield Content(f"cloud/{name}", rr.Points3D(cloud[keep], radii=rr.Radius.ui_points(1.5), colors=rgb(colour)))
     now = rr.Points3D.from_fields(radii=rr.Radius.ui_points(6), colors=rgb(LINES[4]))
@@ -135,31 +155,32 @@ def _clouds(outcome: Outcome) -> Iterator[Content]:
 # series
 
 
-def _series(outcome: Outcome) -> Iterator[Content]:
+def _series(outcome: Outcome, detail: Detail) -> Iterator[Content]:
     recording, time_s = outcome.recording, outcome.recording.time_s
-    yield vectors("mag", time_s, recording.mag_nT)
-    yield vectors("true_field", time_s, outcome.truth.field_nT)
-    for name, value in outcome.effects.items():
-        yield vectors(f"effects/{entity_name(name)}", time_s, value)
-    for name, value in outcome.corrected.items():
-        yield vectors(f"corrected/{entity_name(name)}", time_s, value)
-        thin = envelope(time_s, outcome.residual_nT(name), THIN_BUCKETS)
-        yield vectors(f"residual/{entity_name(name)}", *thin)
-    yield from _strengths(outcome)
+    fields = {"mag": recording.mag_nT, "true_field": outcome.truth.field_nT}
+    fields |= {f"effects/{entity_name(name)}": value for name, value in outcome.effects.items()}
+    fields |= {f"corrected/{entity_name(name)}": value for name, value in outcome.corrected.items()}
+    for entity, value in fields.items():
+        yield vectors(entity, *detail.thinned(time_s, value))
+    for name in outcome.corrected:
+        yield vectors(f"residual/{entity_name(name)}", *detail.thinned(time_s, outcome.residual_nT(name)))
+    yield from _strengths(outcome, detail)
     if recording.temperature_degC is not None:
-        yield scalars("temperature", time_s, recording.temperature_degC, ["temperature (°C)"], LINES[1:2])
+        thin = detail.thinned(time_s, recording.temperature_degC)
+        yield scalars("temperature", *thin, ["temperature (°C)"], LINES[1:2])
     if recording.current_A is not None and recording.current_A.size:
         names = [f"motor {k} (A)" for k in recording.motors]
-        yield scalars("current", time_s, recording.current_A, names, list(islice(_cycle(), 1, len(names) + 1)))
+        thin = detail.thinned(time_s, recording.current_A)
+        yield scalars("current", *thin, names, list(islice(_cycle(), 1, len(names) + 1)))
 
 
-def _strengths(outcome: Outcome) -> Iterator[Content]:
+def _strengths(outcome: Outcome, detail: Detail) -> Iterator[Content]:
     """Yield the strength of the raw, true and corrected fields."""
     recording, colours = outcome.recording, _cycle()
     corrected = {name: outcome.corrected[name] for name in outcome.shown()}
     fields = {"raw": recording.mag_nT, "truth": outcome.truth.field_nT} | corrected
     for name, value in fields.items():
-        norm = envelope(recording.time_s, np.linalg.norm(value, axis=1), THIN_BUCKETS)
+        norm = detail.thinned(recording.time_s, np.linalg.norm(value, axis=1))
         colour = TRUE if name == "truth" else next(colours)
         yield scalars(f"norm/{entity_name(name)}", *norm, [name], [colour])
 

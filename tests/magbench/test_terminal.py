@@ -31,6 +31,12 @@ def test_a_table_that_does_not_fit_is_a_list(capsys: pytest.CaptureFixture[str])
     assert all(f"  {head}: {cell}" in told for head, cell in zip(HEADS[1:], ROW[1:], strict=True))
 
 
+def test_no_word_of_a_table_is_broken(capsys: pytest.CaptureFixture[str]) -> None:
+    heads = ("calibrator", "level survey, nT", "all attitudes, nT", "heading, °", "status")
+    show_table("", heads, [("vector_least_squares", "2362", "6926", "3.625", "unobservable")] * 2)
+    assert "unobservable" in capsys.readouterr().out
+
+
 def test_a_column_of_sentences_does_not_become_a_tower(capsys: pytest.CaptureFixture[str]) -> None:
     sentence = "the measurements are not on a sphere and this method cannot rule out soft iron " * 3
     show_table("", HEADS[:3], [["sphere", sentence, sentence]])

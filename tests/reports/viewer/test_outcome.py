@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from rerun.chunk import RrdReader
 
-from reports.viewer import read_series, verify, write_recording
+from reports.viewer import FULL, Detail, read_series, verify, write_recording
 from scenarios.arrays import Array
 from scenarios.errors import InputError
 from sim.vehicles import VEHICLES
@@ -72,6 +72,15 @@ def test_reading_back_gives_the_same_numbers(outcome: Outcome, path: Path) -> No
         assert back.dtype == np.float64
         assert np.array_equal(back, values, equal_nan=True), entity
         assert np.max(np.abs(time_s - outcome.recording.time_s)) <= 1e-9
+
+
+def test_a_thinned_series_keeps_the_extremes(outcome: Outcome, tmp_path: Path) -> None:
+    write_recording(outcome, tmp_path / "thin.rrd", Detail(samples=100, poses=50))
+    time_s, back = read_series(tmp_path / "thin.rrd", "mag")
+    assert len(time_s) <= 100
+    assert np.array_equal(np.nanmax(back, axis=0), np.nanmax(outcome.recording.mag_nT, axis=0))
+    assert np.array_equal(np.nanmin(back, axis=0), np.nanmin(outcome.recording.mag_nT, axis=0))
+    assert len(read_series(tmp_path / "thin.rrd", "residual/sphere")[0]) <= 100
 
 
 def test_unknown_series_lists_the_others(path: Path) -> None:
@@ -158,11 +167,13 @@ def test_switched_off_by_the_environment(outcome: Outcome, tmp_path: Path, monke
 
 @pytest.mark.slow
 def test_long_recordings_stay_workable(tmp_path: Path) -> None:
-    """500 000 samples: full-resolution series in a few seconds, at most 45 bytes a sample and vector."""
+    """500 000 samples: every one in a few seconds, at most 45 bytes a sample and vector; thinned, 25 MB."""
     outcome = example.example_outcome(500_000, duration_s=10_000.0)
     began = time.perf_counter()
-    write_recording(outcome, tmp_path / "r.rrd")
+    write_recording(outcome, tmp_path / "r.rrd", FULL)
     assert time.perf_counter() - began < 60
     vectors = 2 + len(outcome.effects) + len(outcome.corrected) + 2
     assert (tmp_path / "r.rrd").stat().st_size < 45 * 500_000 * vectors + 60e6
     assert np.array_equal(read_series(tmp_path / "r.rrd", "mag")[1], outcome.recording.mag_nT)
+    write_recording(outcome, tmp_path / "thinned.rrd")
+    assert (tmp_path / "thinned.rrd").stat().st_size < 25e6
