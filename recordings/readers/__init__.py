@@ -37,8 +37,9 @@ def load(path: Path, wanted: Wanted, stream: str | None = None) -> FileContents:
     Blanks around column names are removed. Raises InputError for a file that is missing, a directory, unreadable,
     empty, damaged, ragged or of no known format, and for two columns of the same name.
     """
-    path = marked_file(path)
-    contents = format_of(path).read(path, wanted, stream)
+    marked = marked_file(path)
+    found = format_of(marked)
+    contents = found.read(path if found.whole else marked, wanted, stream)
     tables = {
         name: table.select([column for column in table.column_names if wanted(column)])
         for name, table in contents.tables.items()
@@ -57,7 +58,7 @@ def format_of(path: Path) -> FileFormat:
 
 def marked_file(path: Path) -> Path:
     """Return the file by which a directory is a log of some format, else the path itself."""
-    markers = [entry.marker for entry in FORMATS if entry.marker] if path.is_dir() else []
+    markers = [marker for entry in FORMATS for marker in entry.markers] if path.is_dir() else []
     marked = (file for marker in markers for file in sorted(path.glob(marker)))
     return next((file for file in marked if file.is_file()), path)
 

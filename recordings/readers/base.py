@@ -76,8 +76,8 @@ class FileFormat:
     read : (path, wanted, stream) -> the contents; a reader may return columns that are not wanted. `stream` names the
         magnetometer among several sensors, None where nobody said; formats of one sensor ignore it. Raises InputError
         for a file that is damaged or ragged, and for two columns of the same name.
-    marker : a file's name, or a pattern with *, by which a directory is a log of the format, whose `path` is then this
-        file; "" for none.
+    markers : files' names, or patterns with *, by which a directory is a log of the format: `read` and `recognises`
+        then get the first file that is there as their `path`, where `whole` is set `read` gets the directory.
     extra : the optional extra of the installation that the format's library comes with; "" for none.
     remark : what is undone or special, in a few words, as in the table of docs/logs.md.
     """
@@ -87,7 +87,8 @@ class FileFormat:
     summary: str
     recognises: Callable[[Path, bytes], bool]
     read: Callable[[Path, Wanted, str | None], FileContents]
-    marker: str = ""
+    markers: tuple[str, ...] = ()
+    whole: bool = False
     extra: str = ""
     remark: str = ""
 

@@ -89,5 +89,5 @@ PHONE = FileFormat(
     remark="Sensor Logger, phyphox; the uncalibrated sensor is taken",
     recognises=_recognises,
     read=_read,
-    marker="[Mm]agnetometer*.csv",
+    markers=("[Mm]agnetometer*.csv",),
 )

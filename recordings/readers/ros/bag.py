@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from recordings.readers.base import library
 from recordings.readers.ros.expansion import EXTRA, bound_index, bounded_expansion, chunk_by_chunk
 from recordings.readers.ros.fields import Layout, layout_of, needed_types
+from recordings.readers.ros.mounts import TRANSFORMS, Mounts
 from scenarios.arrays import Array
 from scenarios.errors import InputError
 
@@ -134,10 +135,11 @@ def _head(header: Any) -> tuple[int, str]:
 
 @dataclass(frozen=True, eq=False)
 class Bag:
-    """The topics of a bag by name, and a line for each thing that could not be read."""
+    """The topics of a bag by name, a line for each thing that could not be read, and the mounts of its frames."""
 
     topics: Mapping[str, Topic]
     notes: tuple[str, ...] = ()
+    mounts: Mounts = field(default_factory=Mounts)
 
 
 def read_bag(path: Path, needed: Callable[[str, str, Layout], bool]) -> Bag:
@@ -168,10 +170,24 @@ def _bag(path: Path, reader: Any, old: bool, needed: Callable[[str, str, Layout]
     with _bag_errors_about(path):
         store = _typestore(types, reader.connections, old)
         collected, unknown = _selected(reader.connections, store, needed)
-    broken = _collect(path, reader, collected, store.deserialize_ros1 if old else store.deserialize_cdr)
+    mounts = Mounts()
+    sinks = {**collected, **{one.id: mounts for one in reader.connections if one.msgtype in TRANSFORMS}}
+    broken = _collect(path, reader, sinks, store.deserialize_ros1 if old else store.deserialize_cdr)
     topics = [_joined([one for one in collected.values() if one.name == name]) for name in _names(collected)]
     left = [f"topics of unknown types left out: {', '.join(unknown[:4])}"] if unknown else []
-    return Bag({topic.name: topic for topic in topics}, (*left, *broken))
+    return Bag({topic.name: topic for topic in topics}, (*left, *broken), mounts)
+
+
+def joined_bags(bags: Sequence[Bag]) -> Bag:
+    """Return the parts of one recording as one bag, topics in the order of receipt."""
+    names = dict.fromkeys(name for bag in bags for name in bag.topics)
+    parts = {name: [bag.topics[name] for bag in bags if name in bag.topics] for name in names}
+    topics = {name: _in_order([one for one in some if one.kind == some[0].kind]) for name, some in parts.items()}
+    mounts = Mounts({k: v for bag in bags[::-1] for k, v in bag.mounts.of.items()})
+    for bag in bags:
+        mounts.moving |= bag.mounts.moving
+        mounts.moving |= {child for child, one in bag.mounts.of.items() if one != mounts.of[child]}
+    return Bag(topics, tuple(dict.fromkeys(note for bag in bags for note in bag.notes)), mounts)
 
 
 def _names(collected: Mapping[int, _Collected]) -> list[str]:
@@ -180,7 +196,11 @@ def _names(collected: Mapping[int, _Collected]) -> list[str]:
 
 def _joined(parts: list[_Collected]) -> Topic:
     """Return the messages of several publishers of a topic, in the order of receipt; of the first's type alone."""
-    topics = [one.topic() for one in parts if one.kind == parts[0].kind and one.received_ns]
+    return _in_order([one.topic() for one in parts if one.kind == parts[0].kind and one.received_ns])
+
+
+def _in_order(topics: Sequence[Topic]) -> Topic:
+    """Return parts of a topic, at least one, as one topic in the order of receipt."""
     topic = topics[0]
     if len(topics) == 1:
         return topic
@@ -228,16 +248,15 @@ def _selected(
 
 
 def _collect(
-    path: Path, reader: Any, collected: Mapping[int, _Collected], decode: Callable[[bytes, str], Any]
+    path: Path, reader: Any, sinks: Mapping[int, _Collected | Mounts], decode: Callable[[bytes, str], Any]
 ) -> list[str]:
     """Read all messages, and return a line for each kind of damage; InputError for too many that cannot be read."""
-    chosen = [one for one in reader.connections if one.id in collected]
+    chosen = [one for one in reader.connections if one.id in sinks]
     wrong, notes = 0, list[str]()
     for item in _messages(reader, chosen, notes) if chosen else ():
         connection, received_ns, raw = item
-        topic = collected[connection.id]
         try:
-            topic.add(received_ns, decode(raw, topic.kind))
+            sinks[connection.id].add(received_ns, decode(raw, connection.msgtype))
         except _damage():
             wrong += 1
             if wrong > MOST_WRONG:

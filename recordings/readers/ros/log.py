@@ -23,8 +23,11 @@ from recordings.columns import ATTITUDE
 from recordings.likely_units import field_unit
 from recordings.readers.navigation import east_north_m, median_place
 from recordings.readers.ros import roles
+from recordings.readers.ros.axes import LEAST_UP, Axes, cosine_up
 from recordings.readers.ros.bag import Bag, Topic
 from recordings.readers.ros.clock import Clock, date_of
+from recordings.readers.ros.mounts import plain, says_down
+from recordings.readers.ros.own_types import VECTOR
 from recordings.readers.ros.roles import frame_of, has_fix, has_vector, nearest, vector_of
 from recordings.readers.vehicle_log import VehicleLog, vector_columns
 from recordings.reading import COUNT
@@ -47,6 +50,7 @@ class BagLog:
     """A vehicle's log while it is gathered from a bag's topics.
 
     used : topic -> paths of fields that are a recording's own columns and thus no channels.
+    axes : the turns of frames to the body. up : by IMU, the cosine between up and its force in its own world.
     """
 
     bag: Bag
@@ -55,10 +59,13 @@ class BagLog:
     streams: dict[str, Stream] = field(default_factory=dict)
     used: dict[str, tuple[str, ...]] = field(default_factory=dict)
     unit: str = "nT"
+    up: dict[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.main = next(iter(self.magnetometers.values()))
         self.clock = Clock.of(self.main)
+        imus = [frame_of(topic) for topic in self.of_kind(roles.IMU)]
+        self.axes = Axes(self.bag.mounts, self.bag.mounts.body_of(frame_of(self.main), imus))
 
     def of_kind(self, *kinds: str) -> list[Topic]:
         """Return the topics of some types."""
@@ -73,6 +80,7 @@ class BagLog:
     def vehicle_log(self) -> VehicleLog:
         """Return the log, with every field that has no meaning of its own as a channel."""
         place = self._place()
+        self._judge_axes()
         fields = {name: self._field(topic) for name, topic in self.magnetometers.items()}
         for step in (self._imu, self._pose, self._temperature, self._battery, self._motors, self._autopilot):
             step()
@@ -80,12 +88,23 @@ class BagLog:
         return VehicleLog(
             fields,
             self.streams,
-            (*self.bag.notes, *self.notes, NOT_TOLD),
+            (*self.bag.notes, *self.axes.notes, *self.notes, NOT_TOLD),
             frame="flu",
             unit=self.unit,
             place=place,
             date=date_of([*self.of_kind(roles.FIX), self.main]),
         )
+
+    def _estimates(self) -> list[Topic]:
+        return [topic for topic in self.of_kind(roles.IMU) if has_vector(topic, "orientation")]
+
+    def _judge_axes(self) -> None:
+        """Take an IMU whose attitude turns its specific force down as forward, right, down to north, east, down."""
+        for imu in self._estimates():
+            force, q = vector_of(imu, "linear_acceleration"), _unit(vector_of(imu, "orientation", "wxyz"))
+            self.up[imu.name] = cosine_up(q, force) if has_vector(imu, "linear_acceleration") else 0.0
+            if self.up[imu.name] < -LEAST_UP:
+                self.axes.down.add(plain(frame_of(imu)))
 
     def _field(self, topic: Topic) -> Stream:
         """Return the stream of a magnetometer; samples without all three axes are left out."""
@@ -95,7 +114,8 @@ class BagLog:
         if not known.all():
             self.notes.append(f"{topic.name}: {np.count_nonzero(~known)} samples without all three axes left out")
         self.used[topic.name] = (path,)
-        columns = vector_columns("mag", self._factor(topic, values[known]) * values[known])
+        field = self.axes.vectors(frame_of(topic), values[known])
+        columns = vector_columns("mag", self._factor(topic, field) * field)
         return Stream(self.clock.times_s(topic)[known], columns)
 
     def _factor(self, topic: Topic, values: Array) -> float:
@@ -115,24 +135,25 @@ class BagLog:
         for group, path in (("gyro", "angular_velocity"), ("accel", "linear_acceleration")):
             imu = nearest([topic for topic in self.of_kind(roles.IMU) if has_vector(topic, path)], self.main)
             if imu is not None:
-                self.add(imu, vector_columns(group, vector_of(imu, path)), None, path)
+                values = self.axes.vectors(frame_of(imu), vector_of(imu, path))
+                self.add(imu, vector_columns(group, values), None, path)
                 self._same_frame(imu)
-        imu = nearest([topic for topic in self.of_kind(roles.IMU) if has_vector(topic, "orientation")], self.main)
+        imu = nearest(self._estimates(), self.main)
         if imu is not None:
-            self._attitude(imu, "orientation")
+            frame, up = frame_of(imu), self.up.get(imu.name, 0.0)
+            self._attitude(imu, "orientation", frame, up < -LEAST_UP or (abs(up) <= LEAST_UP and says_down(frame)))
 
     def _same_frame(self, imu: Topic) -> None:
         ours, theirs = frame_of(self.main), frame_of(imu)
+        if self.axes.told(theirs):
+            return
         line = f"the axes of {ours} (magnetometer) are taken as those of {theirs} (IMU)"
         if ours and theirs and ours != theirs and line not in self.notes:
             self.notes.append(line)
 
-    def _attitude(self, topic: Topic, path: str) -> None:
-        """Take a quaternion x y z w as w x y z; a quaternion without length is no attitude."""
-        q = vector_of(topic, path, "wxyz")
-        length = np.linalg.norm(q, axis=1)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            q = np.where((length > 0)[:, None], q / length[:, None], np.nan)
+    def _attitude(self, topic: Topic, path: str, frame: str, north_east_down: bool = False) -> None:
+        """Take a quaternion x y z w of a frame as w x y z of the body."""
+        q = self.axes.attitude(frame, _unit(vector_of(topic, path, "wxyz")), north_east_down)
         self.add(topic, vector_columns("attitude", q), SLERP, path)
         line = (
             f"attitude from {topic.name}: if its heading comes from this magnetometer, a fit to it is circular in yaw"
@@ -151,7 +172,8 @@ class BagLog:
         self.add(best, vector_columns("position", vector_of(best, f"{path}.position")), None, f"{path}.position")
         has_attitude = any("att_qw" in stream.columns for stream in self.streams.values())
         if not has_attitude and has_vector_of_pose(best, path):
-            self._attitude(best, f"{path}.orientation")
+            frames = best.columns.get("child_frame_id")
+            self._attitude(best, f"{path}.orientation", self.axes.body if frames is None else str(frames[0]))
 
     def _fixes(self) -> Topic | None:
         return max(self.of_kind(roles.FIX), key=lambda topic: int(has_fix(topic).sum()), default=None)
@@ -229,6 +251,13 @@ class BagLog:
                 self.streams[topic.name] = Stream(self.clock.times_s(topic), columns)
 
 
+def _unit(q: Array) -> Array:
+    """Return quaternions (n, 4) of length 1; NaN for one without length, which is no attitude."""
+    length = np.linalg.norm(q, axis=1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.asarray(np.where((length > 0)[:, None], q / length[:, None], np.nan))
+
+
 def has_vector_of_pose(topic: Topic, path: str) -> bool:
     """Return whether a pose has an attitude: some quaternion has a length."""
     q = vector_of(topic, f"{path}.orientation", "wxyz")
@@ -239,6 +268,8 @@ def magnetometers_of(bag: Bag) -> dict[str, Topic]:
     """Return the magnetometers by topic, by topic and frame where a topic has several frames; the fastest first."""
     topics = [topic for topic in bag.topics.values() if topic.kind == roles.MAGNETIC]
     topics = topics or [topic for topic in bag.topics.values() if roles.is_field_vector(topic.name, topic.kind)]
+    own = [topic for topic in bag.topics.values() if roles.is_own(topic.kind) and f"{VECTOR}.x" in topic.columns]
+    topics = topics or own
     found = {}
     for topic in topics:
         frames = sorted(set(topic.frames.tolist()))

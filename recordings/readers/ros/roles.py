@@ -11,6 +11,7 @@ from recordings.channels import ARMED, BATTERY_VOLTAGE, TEMPERATURE, THROTTLE, c
 from recordings.columns import ACCEL, ATTITUDE, GYRO, POSITION
 from recordings.readers.ros.bag import Topic
 from recordings.readers.ros.fields import MOST_MEMBERS, Layout
+from recordings.readers.ros.own_types import own_field
 from scenarios.arrays import Array
 
 MAGNETIC, IMU, FIX = "sensor_msgs/msg/MagneticField", "sensor_msgs/msg/Imu", "sensor_msgs/msg/NavSatFix"
@@ -51,11 +52,16 @@ ALWAYS = (MAGNETIC, FIX)
 
 def is_read(wanted: Callable[[str], bool], name: str, kind: str, layout: Layout) -> bool:
     """Return whether a topic is read: a magnetometer, a fix, or numbers among which some are wanted."""
-    if kind in ALWAYS or is_field_vector(name, kind):
+    if kind in ALWAYS or is_field_vector(name, kind) or (is_own(kind) and own_field(name, layout.names)):
         return True
     if kind.startswith(INFRASTRUCTURE) or (layout.sequences and kind not in WITH_SEQUENCES):
         return False
     return any(wanted(one) for one in (*TARGETS.get(kind, ()), *(f"{name}.{path}" for path in layout.names)))
+
+
+def is_own(kind: str) -> bool:
+    """Return whether a type is a project's own, in which a magnetometer may stand under any name."""
+    return not kind.startswith((*INFRASTRUCTURE, "sensor_msgs/", "geometry_msgs/", "nav_msgs/", "std_msgs/"))
 
 
 def is_field_vector(name: str, kind: str) -> bool:
