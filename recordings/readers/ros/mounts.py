@@ -23,7 +23,7 @@ _DOWN = re.compile(r"(^|[_/])(frd|ned)($|[_/\d])")
 
 
 @dataclass(frozen=True)
-class Mount:
+class FrameMount:
     """A transform: the parent of a frame, and the rotation from the frame to the parent, w x y z."""
 
     parent: str
@@ -37,7 +37,7 @@ class Mounts:
     kind : the type of the messages that `add` takes.
     """
 
-    of: dict[str, Mount] = field(default_factory=dict)
+    of: dict[str, FrameMount] = field(default_factory=dict)
     moving: set[str] = field(default_factory=set)
 
     def add(self, received_ns: int, message: Any) -> None:
@@ -55,7 +55,7 @@ class Mounts:
         if known is not None and (known.parent != parent or 1 - abs(float(np.dot(known.q, q))) > SAME):
             self.moving.add(child)
         elif len(self.of) < MOST_FRAMES:
-            self.of.setdefault(child, Mount(parent, tuple(q.tolist())))
+            self.of.setdefault(child, FrameMount(parent, tuple(q.tolist())))
 
     def path(self, frame: str) -> Iterator[tuple[str, Array]]:
         """Yield a frame and all frames that carry it, with the rotation (4,) to each."""
