@@ -20,7 +20,7 @@ FILLERS = {
     *("values", "axis", "in", "the", "device", "body"),
 }
 RAW = {"raw", "uncal", "uncalibrated", "uncalmag", "adc", "unfiltered"}
-DERIVED = {"cal", "calibrated", "corrected", "comp", "compensated", "filt", "filtered", "lpf", "smooth"}
+DERIVED = {"motion", "cal", "calibrated", "corrected", "comp", "compensated", "filt", "filtered", "lpf", "smooth"}
 NO_MEASUREMENT = {
     "bias",
     "offset",

@@ -12,6 +12,8 @@ import pyarrow.compute as pc
 from numpy.typing import NDArray
 
 from recordings.column_words import ColumnName
+from recordings.interpretation import SECONDS_1970
+from recordings.likely_units import stamp_unit
 from recordings.readers.navigation import median_place
 from recordings.readers.utc import unix_date
 from recordings.units import UNITS
@@ -70,16 +72,68 @@ def date_at(start_s: float | None, time_s: Array) -> datetime.date | None:
 
 
 def date_in(table: pa.Table) -> datetime.date | None:
-    """Return the UTC date in the middle of the first column of dates, or of dates with times; None without any."""
-    kinds = (pa.types.is_date, pa.types.is_timestamp)
-    for column in table.columns:
-        known = column.drop_null() if any(is_kind(column.type) for is_kind in kinds) else ()
-        if len(known):
-            seconds = pc.cast(known[len(known) // 2].cast(pa.timestamp("s"), safe=False), pa.int64()).as_py()
-            found = unix_date(float(seconds))
-            if found is not None:
-                return found
-    return None
+    """Return the UTC date in the middle of the first column that tells one; None without any.
+
+    Such are dates, dates with times, stamps since 1970 whose name says UTC, whole numbers YYYYMMDD named date,
+    and three columns year, month, day.
+    """
+    whole = {name: table.column(name) for name in table.column_names if _is_number(table.column(name).type)}
+    found = (
+        *(_middle_date(column) for column in table.columns if pa.types.is_temporal(column.type)),
+        *(_counted_date(name, column) for name, column in whole.items()),
+        _date_of_parts(whole),
+    )
+    return next((date for date in found if date is not None), None)
+
+
+def _is_number(kind: pa.DataType) -> bool:
+    return bool(pa.types.is_integer(kind) or pa.types.is_floating(kind))
+
+
+def _middle_date(column: pa.ChunkedArray) -> datetime.date | None:
+    known = column.drop_null() if pa.types.is_date(column.type) or pa.types.is_timestamp(column.type) else ()
+    if not len(known):
+        return None
+    return unix_date(float(pc.cast(known[len(known) // 2].cast(pa.timestamp("s"), safe=False), pa.int64()).as_py()))
+
+
+def _middle_value(column: pa.ChunkedArray) -> float:
+    """Return the middle value that is finite and not zero, 0 without any."""
+    values = column.cast(pa.float64(), safe=False).to_numpy()
+    known = values[np.isfinite(values) & (values != 0)]
+    return float(known[len(known) // 2]) if len(known) else 0.0
+
+
+def _counted_date(name: str, column: pa.ChunkedArray) -> datetime.date | None:
+    """Return the date of stamps since 1970, or of YYYYMMDD."""
+    words = set(ColumnName(name).words)
+    if words & {"utc", "unix", "epoch", "unixtime"}:
+        value = np.array([_middle_value(column)])
+        unit = stamp_unit(value)
+        seconds = float(value[0]) * (UNITS["time"][unit][0] if unit else 1.0)
+        return unix_date(seconds) if seconds > SECONDS_1970[0] else None
+    return _calendar(*_parts_of(_middle_value(column))) if "date" in words else None
+
+
+def _parts_of(value: float) -> tuple[float, float, float]:
+    """Return year, month and day of a number YYYYMMDD."""
+    return value // 10_000, value // 100 % 100, value % 100
+
+
+def _date_of_parts(whole: Mapping[str, pa.ChunkedArray]) -> datetime.date | None:
+    last = {ColumnName(name).words[-1]: name for name in reversed(whole) if ColumnName(name).words}
+    names = [last.get(word) for word in ("year", "month", "day")]
+    return _calendar(*(_middle_value(whole[name]) if name else 0.0 for name in names))
+
+
+def _calendar(year: float, month: float, day: float) -> datetime.date | None:
+    """Return a date; None for a day that no calendar has, or a clock that was not set."""
+    if not (1990 <= year < 2100 and 1 <= month <= 12 and 1 <= day <= 31):
+        return None
+    try:
+        return datetime.date(int(year), int(month), int(day))
+    except ValueError:
+        return None
 
 
 def _by_words(named: Named, of: tuple[str, ...]) -> Iterator[tuple[frozenset[str], str]]:

@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from recordings.readers.ros.mounts import IDENTITY, Mounts, inverse, plain, product, rotated, says_down
+from recordings.readers.quaternions import inverse, product, rotated
+from recordings.readers.ros.mounts import IDENTITY, Mounts, plain, says_down
 from scenarios.arrays import Array
 
 ROLLED = np.array([0.0, 1.0, 0.0, 0.0])
@@ -18,7 +19,7 @@ LEAST_UP = 0.9
 
 
 @dataclass(eq=False)
-class Axes:
+class BodyAxes:
     """The turns of sensors' frames to a body.
 
     Parameters

@@ -23,7 +23,7 @@ from recordings.columns import ATTITUDE
 from recordings.likely_units import field_unit
 from recordings.readers.navigation import east_north_m, median_place
 from recordings.readers.ros import roles
-from recordings.readers.ros.axes import LEAST_UP, Axes, cosine_up
+from recordings.readers.ros.axes import LEAST_UP, BodyAxes, cosine_up
 from recordings.readers.ros.bag import Bag, Topic
 from recordings.readers.ros.clock import Clock, date_of
 from recordings.readers.ros.mounts import plain, says_down
@@ -65,7 +65,7 @@ class BagLog:
         self.main = next(iter(self.magnetometers.values()))
         self.clock = Clock.of(self.main)
         imus = [frame_of(topic) for topic in self.of_kind(roles.IMU)]
-        self.axes = Axes(self.bag.mounts, self.bag.mounts.body_of(frame_of(self.main), imus))
+        self.axes = BodyAxes(self.bag.mounts, self.bag.mounts.body_of(frame_of(self.main), imus))
 
     def of_kind(self, *kinds: str) -> list[Topic]:
         """Return the topics of some types."""

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from recordings.readers.quaternions import product
 from scenarios.arrays import Array
 
 TRANSFORMS = frozenset(("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage"))
@@ -88,27 +89,3 @@ def plain(frame: str) -> str:
 def says_down(frame: str) -> bool:
     """Return whether a frame's name says that its axes are forward, right, down, as `base_link_frd`."""
     return bool(_DOWN.search(frame.lower()))
-
-
-def product(p: Array, q: Array) -> Array:
-    """Return the product p q of quaternions (..., 4), w x y z: first q turns, then p."""
-    (a, b, c, d), (w, x, y, z) = np.moveaxis(p, -1, 0), np.moveaxis(q, -1, 0)
-    parts = (
-        a * w - b * x - c * y - d * z,
-        a * x + b * w + c * z - d * y,
-        a * y - b * z + c * w + d * x,
-        a * z + b * y - c * x + d * w,
-    )
-    return np.stack(parts, axis=-1)
-
-
-def rotated(q: Array, vectors: Array) -> Array:
-    """Return vectors (n, 3) turned by unit quaternions (4,) or (n, 4): v + 2 w u x v + 2 u x (u x v), q = (w, u)."""
-    w, u = q[..., :1], q[..., 1:]
-    across = np.cross(u, vectors)
-    return np.asarray(vectors + 2 * w * across + 2 * np.cross(u, across))
-
-
-def inverse(q: Array) -> Array:
-    """Return the inverse of unit quaternions (..., 4)."""
-    return np.asarray(q * np.array([1.0, -1.0, -1.0, -1.0]))

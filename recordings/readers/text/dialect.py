@@ -6,13 +6,14 @@ import csv
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
-from recordings.readers.text.words import is_comment, is_value
+from recordings.readers.text.words import CLOCK, DATE, is_comment, is_value
 
 FIRST_LINES, FURTHER_LINES = 30, 60
 """Lines of the head by which the dialect is judged: the first, and others evenly below."""
 BLANKS = " "
-_DIGIT = re.compile(r"\d")
+_DIGIT, _DATE, _CLOCK = re.compile(r"\d"), re.compile(DATE), re.compile(CLOCK)
 
 
 @dataclass(frozen=True)
@@ -43,12 +44,22 @@ class Dialect:
         return is_value(cell, self.decimal)
 
     def merit(self, line: str) -> int:
-        """Return the number of numbers and times in a line, less the cells in which digits are no number."""
-        return sum(1 if self.is_value(cell) else -1 for cell in self.cells(line) if _DIGIT.search(cell))
+        """Return the number of numbers and times in a line, less the cells in which digits are no number.
+
+        A date and the clock behind a blank do not count: they may be one cell of a table with tabs.
+        """
+        cells = self.cells(line)
+        found = sum(1 if self.is_value(cell) else -1 for cell in cells if _DIGIT.search(cell))
+        return found - (2 * sum(map(_is_stamp, pairwise(cells))) if self.delimiter == BLANKS else 0)
 
     def is_comment(self, line: str) -> bool:
         """Return whether the line is blank or a comment."""
         return is_comment(line, self.delimiter)
+
+
+def _is_stamp(cells: tuple[str, str]) -> bool:
+    """Return whether two cells are a date and a clock."""
+    return bool(_DATE.fullmatch(cells[0]) and _CLOCK.fullmatch(cells[1]))
 
 
 CANDIDATES = (

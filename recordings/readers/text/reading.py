@@ -9,8 +9,8 @@ from recordings.readers.base import HEAD_BYTES, FileContents, Wanted, stripped_n
 from recordings.readers.text.body import TableBody
 from recordings.readers.text.dialect import Dialect, dialect_of, named_delimiter
 from recordings.readers.text.encoding import EncodedText, decoded, is_text, text_of
+from recordings.readers.text.exports import as_exported
 from recordings.readers.text.layout import MOST_LINES, TableLayout, UnclearHeader, layout_of
-from recordings.readers.text.makers import as_exported
 from recordings.readers.text.prints import print_forms, read_prints
 from recordings.readers.text.rows import table_errors_about
 from recordings.readers.text.several import SensorLog

@@ -6,6 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import takewhile
 
 from recordings.readers.text.dialect import BLANKS, Dialect
 from recordings.readers.text.sensors import kind_of, magnetometer_among
@@ -93,11 +94,12 @@ def _is_word(cell: str, dialect: Dialect) -> bool:
 def _headers(
     lines: Sequence[str], split: Sequence[list[str]], at: int, words: Sequence[str], dialect: Dialect
 ) -> dict[str, list[str]]:
-    """Return the header of all lines, the first line without a value, and headers of a word in comments."""
+    """Return the header of all lines, the last above them without a value, and headers of a word in comments."""
     headers: dict[str, list[str]] = {}
-    first = split[0]
-    if len(first) > at + 1 and not any(map(dialect.is_value, first)) and first[at] not in words:
-        headers[""] = first
+    above = takewhile(lambda cells: len(cells) <= at or cells[at] not in words, split)
+    for cells in above:
+        if len(cells) > at + 1 and not any(map(dialect.is_value, cells)):
+            headers[""] = cells
     for line in lines:
         cells = dialect.cells(without_mark(line)) if dialect.is_comment(line) and line.strip() else []
         if len(cells) > at + 1 and cells[at] in words:
