@@ -42,16 +42,15 @@ def of_angles(angles: Array) -> Array:
 
 
 def of_matrices(matrix: Array) -> Array:
-    """Return quaternions (n, 4) of rotations (n, 3, 3), by the largest of the four components [Shepperd1978]."""
-    m = matrix.transpose(1, 2, 0)
-    square = np.stack([m[0, 0] + m[1, 1] + m[2, 2], *(2 * m[k, k] - m[0, 0] - m[1, 1] - m[2, 2] for k in range(3))])
-    d, s = (lambda i, j: m[i, j] - m[j, i]), (lambda i, j: m[i, j] + m[j, i])
-    rows = (
-        (1 + square[0], d(2, 1), d(0, 2), d(1, 0)),
-        (d(2, 1), 1 + square[1], s(0, 1), s(0, 2)),
-        (d(0, 2), s(0, 1), 1 + square[2], s(1, 2)),
-        (d(1, 0), s(0, 2), s(1, 2), 1 + square[3]),
-    )
-    every = np.array([np.stack(row) for row in rows])
-    q = every[np.argmax(square, axis=0), :, np.arange(matrix.shape[0])]
-    return np.asarray(q / np.maximum(np.linalg.norm(q, axis=1, keepdims=True), 1e-12))
+    """Return quaternions (n, 4) of rotations (n, 3, 3): the eigenvector of K's largest eigenvalue.
+
+    K = [[m00 + m11 + m22, v^T], [v, m + m^T - (m00 + m11 + m22) I]],  v = (m21 - m12, m02 - m20, m10 - m01).
+    """
+    k = np.zeros((len(matrix), 4, 4))
+    trace = np.trace(matrix, axis1=1, axis2=2)
+    skew = matrix - matrix.transpose(0, 2, 1)
+    k[:, 0, 0] = trace
+    k[:, 0, 1:] = k[:, 1:, 0] = np.column_stack([skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]])
+    k[:, 1:, 1:] = matrix + matrix.transpose(0, 2, 1) - trace[:, None, None] * np.eye(3)
+    k[~np.isfinite(k).all(axis=(1, 2))] = np.eye(4)
+    return np.asarray(np.linalg.eigh(k)[1][:, :, -1])

@@ -63,31 +63,36 @@ def _read(path: Path, wanted: Wanted, stream: str | None) -> FileContents:
 
 
 def _files(path: Path) -> list[Path]:
-    """Return the files of a bag: its metadata, or the files of one kind in a directory that has none.
+    """Return the files of a bag: its metadata, or the files of one kind in a directory that has none."""
+    if not path.is_dir():
+        return [_checked(path)]
+    if (path / METADATA).is_file():
+        return [path / METADATA]
+    kinds = (sorted(one for one in path.glob(f"*{suffix}") if one.is_file()) for suffix in MARKS)
+    found = next(files for files in kinds if files)
+    if len(found) > MOST_PARTS:
+        what, do = f"holds {len(found)} bags, at most {MOST_PARTS} are read", "give one of them"
+        raise InputError(what, where=str(path), do=do)
+    return [_checked(one) for one in found]
 
-    A single file whose messages are compressed, or which is compressed, is read through the metadata beside it.
+
+def _checked(path: Path) -> Path:
+    """Return a bag's file, or the metadata beside a file that is compressed, as is told there alone.
+
+    Raises InputError for a compressed file without metadata, and for a file whose suffix is another kind's.
     """
-    if path.is_dir():
-        if (path / METADATA).is_file():
-            return [path / METADATA]
-        kinds = (sorted(one for one in path.glob(f"*{suffix}") if one.is_file()) for suffix in MARKS)
-        found = next(files for files in kinds if files)
-        if len(found) > MOST_PARTS:
-            what, do = f"holds {len(found)} bags, at most {MOST_PARTS} are read", "give one of them"
-            raise InputError(what, where=str(path), do=do)
-        return [file for one in found for file in _files(one)]
     with path.open("rb") as file:
         head = file.read(len(SQLITE_MARK))
     beside = path.with_name(METADATA)
     if beside.is_file() and COMPRESSED in beside.read_bytes()[:MOST_METADATA]:
-        return [beside]
+        return beside
     if _is_compressed(path, head):
         raise InputError("is compressed by zstd", where=str(path), do=f"unzstd {path.name}, or give its directory")
     suffix = next((suffix for suffix, mark in MARKS.items() if head.startswith(mark)), None)
     if suffix is not None and path.suffix != suffix:
         what = f"is a ROS bag by its first bytes, not by its name {path.name}"
         raise InputError(what, where=str(path), do=f"rename it to {path.stem}{suffix}")
-    return [path]
+    return path
 
 
 ROS = FileFormat(

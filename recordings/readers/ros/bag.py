@@ -183,10 +183,9 @@ def joined_bags(bags: Sequence[Bag]) -> Bag:
     names = dict.fromkeys(name for bag in bags for name in bag.topics)
     parts = {name: [bag.topics[name] for bag in bags if name in bag.topics] for name in names}
     topics = {name: _in_order([one for one in some if one.kind == some[0].kind]) for name, some in parts.items()}
-    mounts = Mounts({k: v for bag in bags[::-1] for k, v in bag.mounts.of.items()})
+    mounts = Mounts()
     for bag in bags:
-        mounts.moving |= bag.mounts.moving
-        mounts.moving |= {child for child, one in bag.mounts.of.items() if one != mounts.of[child]}
+        mounts.join(bag.mounts)
     return Bag(topics, tuple(dict.fromkeys(note for bag in bags for note in bag.notes)), mounts)
 
 

@@ -58,6 +58,12 @@ class Mounts:
         elif len(self.of) < MOST_FRAMES:
             self.of.setdefault(child, FrameMount(parent, tuple(q.tolist())))
 
+    def join(self, others: Mounts) -> None:
+        """Take the mounts of another part of the recording."""
+        self.moving |= others.moving
+        for child, mount in others.of.items():
+            self._take(child, mount.parent, np.array(mount.q))
+
     def path(self, frame: str) -> Iterator[tuple[str, Array]]:
         """Yield a frame and all frames that carry it, with the rotation (4,) to each."""
         frame, q = plain(frame), np.array(IDENTITY)

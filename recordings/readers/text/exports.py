@@ -172,6 +172,10 @@ class _Export:
             stamps = self._numbers(name)
             if stamps is not None:
                 return stamps * UNITS["time"][ColumnName(self.given[name]).unit("time") or unit][0]
+        return self._counted()
+
+    def _counted(self) -> Array | None:
+        """Return the times of Xsens' clock, else of its counter of packets and the rate that is told."""
         ticks, rate = self._numbers("sampletimefine"), _RATE.search(self.head)
         if ticks is not None and np.isfinite(ticks).all():
             return _unwrapped(ticks, TICKS) * (DOT_TICK_S if self._is_dot else TICK_S)
