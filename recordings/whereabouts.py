@@ -141,7 +141,7 @@ def _by_words(named: Named, of: tuple[str, ...]) -> Iterator[tuple[frozenset[str
     for name, values in named.items():
         words = set(ColumnName(name).words)
         if words & set(of) and not words & ELSEWHERE and values.dtype.kind == "f":
-            yield frozenset(words - {*of, *UNITS["position"], "deg", "degrees", "rad", "wgs"}), name
+            yield frozenset(words - {*of, *UNITS["position"], "deg", "degrees", "rad", "wgs", "meters", "metres"}), name
 
 
 def _is_whole(values: Array) -> bool:

@@ -27,6 +27,8 @@ FORMATS: tuple[FileFormat, ...] = (
     *(NETCDF, IMAGCDF, MAT, PHONE, IAGA, TEXT),
 )
 """Every format, in the order of recognition: by content first, by the suffix alone last."""
+SPREADSHEETS = (".xls", ".xlsx", ".ods")
+"""Suffixes of spreadsheets, whose tables are read as CSV alone."""
 
 
 def load(path: Path, wanted: Wanted, stream: str | None = None) -> FileContents:
@@ -65,6 +67,8 @@ def marked_file(path: Path) -> Path:
 
 def _unknown(path: Path) -> InputError:
     """Return the error for a file of no known format: the formats, and what a file of this suffix would be."""
+    if path.suffix.lower() in SPREADSHEETS:
+        return InputError("is a spreadsheet", where=str(path), do="save or export it as CSV")
     names = [entry.name for entry in FORMATS]
     meant = [entry.summary for entry in FORMATS if path.suffix.lower() in entry.suffixes]
     suffixes = ", ".join(suffix for entry in FORMATS for suffix in entry.suffixes)

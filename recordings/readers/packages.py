@@ -98,12 +98,14 @@ def archive(path: Path) -> TablePackage:
     return TablePackage(path, tuple(one.filename for one in found), size, read, packed=True)
 
 
-def directory(path: Path) -> TablePackage:
-    """Return the package of a directory's own tables."""
+def directory(path: Path, *folders: str) -> TablePackage:
+    """Return the package of a directory's own tables, and of those in some of its folders."""
     with system_errors_about(path, "check the path and the permissions"):
-        found = sorted(one for one in path.iterdir() if one.is_file() and _is_table(one.name))
+        places = [path, *(path / folder for folder in folders if (path / folder).is_dir())]
+        found = sorted(one for place in places for one in place.iterdir() if one.is_file() and _is_table(one.name))
         size = sum(one.stat().st_size for one in found)
-    return TablePackage(path, tuple(one.name for one in found), size, lambda member: (path / member).read_bytes())
+    names = tuple(one.relative_to(path).as_posix() for one in found)
+    return TablePackage(path, names, size, lambda member: (path / member).read_bytes())
 
 
 def _is_table(name: str) -> bool:

@@ -18,6 +18,14 @@ NINE = ("raw", "uni")
 COUNTS = {"accel": (1 / 8192, "g"), "gyro": (1 / 16, "deg/s"), "mag": (0.1, "uT")}
 """MotionCal's counts: value of a count, and its unit."""
 AXES = ("x", "y", "z")
+_MAG, _ACCEL, _RATE = ([f"{name}{axis}" for axis in "XYZ"] for name in ("Mag", "Accel", "AngularRate"))
+_RAW = [f"Uncomp{name}" for name in _MAG]
+SENTENCES = {
+    "vnymr": ("Yaw", "Pitch", "Roll", *_MAG, *_ACCEL, *_RATE),
+    "vnmar": (*_MAG, *_ACCEL, *_RATE),
+    "vnimu": (*_RAW, *_ACCEL, *_RATE, "Temperature", "Pressure"),
+}
+"""VectorNav's lines of text with a magnetometer, and their values as its tables call them."""
 
 
 def letters(word: str) -> str:
@@ -36,12 +44,21 @@ def is_nine(word: str, values: int) -> bool:
     return letters(word) in NINE and values == len(NINE_NAMES)
 
 
+def is_sentence(word: str, values: int) -> bool:
+    """Return whether lines of this word and number of values are VectorNav's."""
+    return len(SENTENCES.get(letters(word), ())) == values
+
+
 NINE_NAMES = tuple(f"{kind}_{axis}" for kind in ("accel", "gyro", "mag") for axis in AXES)
 
 
 def magnetometer_among(words: dict[str, int]) -> str | None:
     """Return the word of the magnetometer's lines, uncalibrated values first; `words` gives the values of each."""
-    found = [word for word, values in words.items() if kind_of(word) == "mag" or is_nine(word, values)]
+    found = [
+        word
+        for word, values in words.items()
+        if kind_of(word) == "mag" or is_nine(word, values) or is_sentence(word, values)
+    ]
     return min(found, key=lambda word: not re.search(BEST, letters(word)), default=None)
 
 
@@ -59,6 +76,8 @@ def names_of(word: str, given: Sequence[str], values: int, timed: bool, run: int
     """
     if is_nine(word, values):
         return [f"{letters(word)}_{name}" for name in NINE_NAMES]
+    if is_sentence(word, values):
+        return list(SENTENCES[letters(word)])
     sensor = prefix(word)
     if given:
         return [f"{sensor}_{name.lower()}" if name.lower() in AXES else name for name in given]

@@ -11,18 +11,22 @@ import numpy as np
 import pyarrow as pa
 
 from recordings.readers.base import FileContents
+from recordings.readers.navigation import median_place
 from recordings.readers.text.body import TableBody
 from recordings.readers.text.dialect import Dialect
 from recordings.readers.text.encoding import EncodedText
+from recordings.readers.text.exports import as_exported
 from recordings.readers.text.layout import TableLayout
 from recordings.readers.text.lines import ChosenLines, lines_of
-from recordings.readers.text.sensors import AXES, COUNTS, is_nine, kind_of, letters, names_of, prefix
+from recordings.readers.text.sensors import AXES, COUNTS, is_nine, is_sentence, kind_of, letters, names_of, prefix
 from recordings.readers.text.tags import COLON, TaggedLines
 from recordings.readers.text.words import plain_number
 from recordings.streams import Stream, merge
 from scenarios.arrays import Array
 from scenarios.errors import InputError
 
+FIXES = "fix"
+"""The word of lines of satellites' fixes."""
 LEAST_RISING = 0.99
 """Share of steps that do not go back in a column of time."""
 
@@ -57,7 +61,21 @@ class SensorLog:
         notes = [f"the magnetometer's lines are those of {word}"] if len(self.tagged.widths) > 1 else []
         notes += [f"the lines of {', '.join(joined)} were brought to their times"] if joined else []
         notes += [f"the lines of {', '.join(left)} were not read"] if left else []
-        return FileContents({"": columns}, (*self.text.notes, *notes, *main.notes))
+        found = FileContents({"": columns}, (*self.text.notes, *notes, *main.notes), place=self._place(lines))
+        return as_exported(found, b"") if is_sentence(word, self.tagged.widths[word] - 1) else found
+
+    def _place(self, lines: ChosenLines) -> tuple[float, ...] | None:
+        """Return the median of the fixes in GnssLogger's lines of this name; None without any."""
+        word = next((word for word in self.tagged.widths if letters(word) == FIXES), None)
+        if word is None or not self.tagged.names(word):
+            return None
+        table = self._table(word, lines).table
+        found = [_numbers_in(table, start) for start in ("latitude", "longitude", "altitude")]
+        known = [values for values in found if values is not None]
+        if len(known) < len(found) or not len(known[0]):
+            return None
+        latitude, longitude, altitude = known
+        return median_place(latitude, longitude, float(np.nan_to_num(np.median(altitude))))
 
     def _word(self, stream: str | None) -> str:
         words = self.tagged.widths
@@ -101,6 +119,13 @@ class SensorLog:
         found = (plain_number(cell, self.dialect.decimal) for cell in first)
         numbers = [number for number in found if number is not None]
         return not numbers or (bool(np.all(np.diff(numbers) >= 0)) and numbers[-1] > numbers[0])
+
+
+def _numbers_in(table: pa.Table, start: str) -> Array | None:
+    """Return the column of numbers whose name begins with a word, None without one."""
+    found = (name for name in table.column_names if name.lower().startswith(start))
+    name = next((name for name in found if _is_number(table.column(name).type)), None)
+    return None if name is None else _ticks(table.column(name))
 
 
 def _in_units(table: pa.Table) -> pa.Table:

@@ -14,6 +14,8 @@ from recordings.readers.text.words import is_empty_mark, without_mark
 
 MOST_BEFORE = 2
 """Cells ahead of the word: a time, a number of the line."""
+MOST_ADDED = 3
+"""Cells by which a word's header in the comments may differ from the word's lines."""
 LEAST_SHARE = 0.6
 """Share of the lines with numbers that have a word, in a log of lines of several sensors."""
 _WORD = re.compile(r"[$A-Za-z][\w./ -]*")
@@ -39,9 +41,15 @@ class TaggedLines:
     headers: dict[str, list[str]]
 
     def names(self, word: str) -> list[str]:
-        """Return the names of a word's values in the file's header; empty where the file has none for it."""
-        header = self.headers.get(word) or self.headers.get("") or []
-        return [name for k, name in enumerate(header) if k != self.at] if len(header) == self.widths[word] else []
+        """Return the names of a word's values in the file's header; empty where the file has none for it.
+
+        A header of the word itself may be a few cells shorter or longer than its lines, as those of newer releases.
+        """
+        own, width = self.headers.get(word, []), self.widths[word]
+        if own and abs(len(own) - width) <= MOST_ADDED:
+            own = [*own, *[""] * (width - len(own))][:width]
+        header = own or self.headers.get("") or []
+        return [name for k, name in enumerate(header) if k != self.at] if len(header) == width else []
 
     @property
     def magnetometer(self) -> str | None:

@@ -88,7 +88,7 @@ def test_sensor_logger_of_an_android(form: str, tmp_path: Path) -> None:
     kept = Swing(of.time_s[rows], of.attitude[rows], of.rate_rad_s[rows])
     assert_the_same_field(found, kept, 0.01)
     assert len(rows) > 395
-    assert found.origin.place == (47.37, 8.55, 0.0)
+    assert found.origin.place == (47.37, 8.55, 400.5)
     assert found.origin.date == datetime.date(2024, 5, 1)
     notes = " ".join(found.origin.notes)
     assert "--stream reads another: calibrated" in notes
