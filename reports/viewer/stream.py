@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -42,7 +43,12 @@ class Content(NamedTuple):
 def recording_bytes(
     name: str, title: str, blueprint: rrb.Blueprint, contents: Iterable[Content], **about: Any
 ) -> bytes:
-    """Return the bytes of a recording with a layout; about: properties. Raises InputError where rerun is off."""
+    """Return the bytes of a recording with a layout; about: properties.
+
+    Raises InputError where rerun is off, and for a clock before 1970, at which rerun would end the process.
+    """
+    if time.time() < 0.0:
+        raise InputError("is before 1970: no recording for the viewer", where="the system's clock", do="set the clock")
     stream = rr.RecordingStream(f"magbench_{name}")
     # rerun's own file writer does not say that a disk is full: it waits for ever, or leaves the file without its end.
     memory = stream.memory_recording()

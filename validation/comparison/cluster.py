@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
+from asyncio import CancelledError
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
@@ -130,12 +131,16 @@ class _Connection:
         if future.status not in ("finished", "error"):
             raise DisconnectedError
         try:
-            trial: Trial = future.result()
+            trial: Trial = future.result(timeout=self.cluster.patience_s)
         except KilledWorker:
             return self.on_loss(task)
         except ModuleNotFoundError as error:
             do = "install on every machine what this one has, calibrators of your own too"
             raise InputError(f"a worker has no module {error.name}", where=self.cluster.address, do=do) from None
+        except (Exception, CancelledError) as error:
+            if future.status == "error":  # the trial's own
+                raise
+            raise DisconnectedError from error
         return trial
 
 

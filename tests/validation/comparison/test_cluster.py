@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -14,6 +15,7 @@ from validation.comparison.cluster import Cluster
 from validation.comparison.design import Design
 from validation.comparison.engine import SerialEngine, run_trials
 from validation.comparison.journal import Journal
+from validation.comparison.trial import PendingTrial, Trial
 from validation.comparison.trial_table import TRIALS
 
 distributed = pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
@@ -44,6 +46,46 @@ def test_a_scheduler_that_goes_away_leaves_what_has_landed(design: Design, clust
     with pytest.raises(InputError, match=r"has not answered for 1 s; [1-9]\d* trials? kept .*it resumes"):
         list(trials)
     assert len(list(journal)) >= 1
+
+
+@pytest.mark.parametrize("stopped", [False, True], ids=["the answer is lost", "the scheduler has stopped"])
+def test_a_scheduler_that_goes_away_while_a_result_is_fetched_is_waited_for(
+    stopped: bool,
+    design: Design,
+    cluster,  # type: ignore[no-untyped-def]
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A lost answer is computed again by a new connection; a scheduler that stays away is one line."""
+    fetch, lost = distributed.Future.result, list[object]()
+
+    def fetched(future: object, **options: object) -> object:
+        if not lost:
+            lost.append(future)
+            if stopped:
+                cluster.close()
+            else:
+                raise distributed.comm.CommClosedError("in <TCP local=tcp://127.0.0.1:1>: Stream is closed")
+        return fetch(future, **options)
+
+    monkeypatch.setattr(distributed.Future, "result", fetched)
+    journal = Journal.open(tmp_path, design.identity())
+    trials = run_trials(design, range(2), Cluster(cluster.scheduler_address, patience_s=5.0), journal)
+    if stopped:
+        with pytest.raises(InputError, match="has not answered for 5 s; no trial kept"):
+            list(trials)
+    else:
+        assert sorted((trial.point, trial.run) for trial in trials) == [(0, 0), (0, 1), (1, 0), (1, 1)]
+
+
+def test_an_error_of_a_trial_is_not_taken_for_a_lost_scheduler(cluster) -> None:  # type: ignore[no-untyped-def]
+    task = PendingTrial(b"not a design", 0, 0)
+    with pytest.raises(pickle.UnpicklingError):
+        list(Cluster(cluster.scheduler_address, patience_s=5.0).trials([task], failing))
+
+
+def failing(task: PendingTrial) -> Trial:
+    raise AssertionError(task)
 
 
 def test_no_scheduler_no_address_no_package(design: Design, monkeypatch: pytest.MonkeyPatch) -> None:
