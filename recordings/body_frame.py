@@ -27,7 +27,7 @@ def turned(named: Named, reading: Reading) -> dict[str, NDArray[Any]]:
     found = dict(named)
     sensors = [mag_names(k) for k in numbers("mag", tuple(named)) or (None,)]
     if reading.axes is not None:
-        order = turned_axes(reading.axes)
+        order = turned_axes(str(reading.axes))
         for names in sensors:
             log = [named[name] for name in names]
             found |= {name: sign * log[axis] for name, (axis, sign) in zip(names, order, strict=True)}

@@ -26,6 +26,7 @@ from recordings.whereabouts import date_at, date_in, place_in
 from scenarios.arrays import Array
 from scenarios.errors import InputError, errors_relocated
 
+NANOTESLA = "nT"
 LARGEST = 1e30
 """No quantity is larger in any unit; loggers write the largest float for "no value", so larger values are infinite."""
 
@@ -81,6 +82,7 @@ def sensors_in(path: Path, reading: Reading | None = None) -> tuple[int, ...]:
 def raw_columns(path: Path, contents: FileContents, reading: Reading = NOTHING_STATED) -> RawColumns:
     """Return the columns of a file, mapped and converted, see `read_columns`; messages call the file `path`."""
     table, known = contents.table, contents.magnetometer != ""
+    _check_unit(path, contents, reading)
     with errors_relocated(str(path), ""):
         table, skipped = magnetometer_rows(table, None if known else reading.stream)
         stated = stated_maps(table, reading)
@@ -96,6 +98,14 @@ def raw_columns(path: Path, contents: FileContents, reading: Reading = NOTHING_S
         reading = replace(reading, frame=None)
     start_s = _start_s(named.get("time_s"), contents, found)
     return RawColumns(path, turned(found.named, reading), found.sources, _origin(contents, found, notes, start_s))
+
+
+def _check_unit(path: Path, contents: FileContents, reading: Reading) -> None:
+    """Raise InputError for another unit than nT, stated of a log whose reader gives nT."""
+    known = contents.magnetometer != "" and contents.unit == NANOTESLA and not reading.mag
+    if known and reading.unit not in (None, NANOTESLA):
+        what = "does not apply: the reader of this format gives nT already"
+        raise InputError(what, where=f"{path}: --unit {reading.unit}", do="leave it out")
 
 
 def _start_s(time: Source | None, contents: FileContents, found: Interpretation) -> float | None:

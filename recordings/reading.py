@@ -34,7 +34,7 @@ class Reading:
     maps : `mag_x_nT=bx,unit=uT[,scale=F]` texts, one a column, see `recordings.units.parse_maps`.
     mag : the three columns of the magnetometer, x, y and z, or two, x and y; a list, or a text with commas.
     unit : of these columns, or of the columns that were guessed: nT, uT, mG, G, ..., or `count` for raw counts.
-    axes : the log's axes that form x, y and z of the body, as "y,x,-z"; of the magnetometer alone.
+    axes : the log's axes that form x, y and z of the body, as "y,x,-z" or a list; of the magnetometer alone.
     frame : the body frame of magnetometer, gyro and accelerometer in the log: "flu", or "frd", which is turned.
     place : latitude and longitude in degrees, and the altitude in m; date : of the log, "2024-05-01".
     stream : the word that marks the magnetometer's rows in a log of several sensors.
@@ -43,7 +43,7 @@ class Reading:
     maps: tuple[str, ...] = ()
     mag: tuple[str, ...] = ()
     unit: str | None = None
-    axes: str | None = None
+    axes: str | Sequence[str] | None = None
     frame: str | None = None
     place: tuple[float, ...] | None = None
     date: datetime.date | None = None
@@ -52,7 +52,7 @@ class Reading:
     def __post_init__(self) -> None:
         """Take texts apart; raises InputError for what cannot be."""
         own = {"maps": _texts(self.maps), "mag": _texts(self.mag), "place": _place(self.place)}
-        for name, value in (own | {"date": _date(self.date)}).items():
+        for name, value in (own | {"date": _date(self.date), "axes": _axes(self.axes)}).items():
             object.__setattr__(self, name, value)
         if len(self.mag) not in (0, 2, 3):
             raise InputError(f"{len(self.mag)} columns", where="--mag", do="give three, x,y,z, or two, x,y")
@@ -62,7 +62,7 @@ class Reading:
         if self.frame is not None and self.frame not in FRAMES:
             raise InputError(f"{self.frame!r} is no frame", where="--frame", do=f"choose among {', '.join(FRAMES)}")
         if self.axes is not None:
-            turned_axes(self.axes)
+            turned_axes(str(self.axes))
 
     def __bool__(self) -> bool:
         return self != Reading()
@@ -164,6 +164,12 @@ def report(*lines: str) -> None:
 def _texts(value: str | Sequence[str]) -> tuple[str, ...]:
     names = value.split(",") if isinstance(value, str) else value
     return tuple(name.strip() for name in names)
+
+
+def _axes(value: object) -> str | None:
+    if isinstance(value, list | tuple):
+        return ",".join(map(str, value))
+    return None if value is None else str(value)
 
 
 def _place(value: str | Sequence[float] | None) -> tuple[float, ...] | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -37,6 +38,17 @@ def test_axes_are_those_of_the_log_that_form_the_body(tmp_path: Path) -> None:
     log = written(tmp_path / "log.parquet", np.column_stack([MAG_NT[:, 1], MAG_NT[:, 0], -MAG_NT[:, 2]]))
     found = read_recording(log, reading=Reading(mag=("bx", "by", "bz"), unit="nT", axes="y,x,-z"))
     np.testing.assert_array_equal(found.mag_nT, MAG_NT)
+
+
+def test_axes_may_be_a_list() -> None:
+    assert Reading(axes=("y", "x", "-z")) == Reading(axes=["y", "x", "-z"]) == Reading(axes="y,x,-z")
+
+
+def test_a_native_log_has_no_other_unit(tmp_path: Path) -> None:
+    log = Path(__file__).parents[2] / "docs" / "logs" / "flight.ulg"
+    with pytest.raises(InputError, match="--unit uT: does not apply: the reader of this format gives nT already"):
+        read_recording(log, reading=Reading(unit="uT"))
+    assert read_recording(log, reading=Reading(unit="nT")).mag_nT.shape[1] == 3
 
 
 def test_a_log_in_frd_and_ned_is_turned(tmp_path: Path) -> None:
@@ -94,6 +106,8 @@ def test_a_damaged_file_of_options_is_named(tmp_path: Path) -> None:
         ({"axes": "x,x,z"}, "does not name each axis once"),
         ({"axes": "x,y,--z"}, "does not name each axis once"),
         ({"axes": "x,y,"}, "does not name each axis once"),
+        ({"axes": ("x", "y")}, "--axes: 'x,y'"),
+        ({"axes": 5}, "--axes: '5'"),
         ({"frame": "ned"}, "--frame: 'ned' is no frame"),
         ({"place": "91,0"}, "--place"),
         ({"place": "47"}, "--place"),
@@ -101,8 +115,8 @@ def test_a_damaged_file_of_options_is_named(tmp_path: Path) -> None:
         ({"date": "1.5.2024"}, "--date"),
     ],
 )
-def test_what_cannot_be_is_refused_in_one_line(stated: dict[str, str], words: str) -> None:
+def test_what_cannot_be_is_refused_in_one_line(stated: dict[str, Any], words: str) -> None:
     with pytest.raises(InputError) as caught:
-        Reading(**stated)  # type: ignore[arg-type]
+        Reading(**stated)
     assert words in str(caught.value)
     assert caught.value.do

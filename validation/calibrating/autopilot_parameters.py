@@ -22,6 +22,8 @@ SYMMETRIC = 1e-3
 """Largest |M - M^T| of a matrix that a six-number format accepts; the antisymmetric half is dropped."""
 OF_Z = ("ZOFF", "ZSCALE", "YODIAG", "ZODIAG", "OFS_Z", "DIA_Z", "ODI_Y", "ODI_Z")
 """Ends of the parameters of z, and of the matrix's entries xz and yz, without a compass's number."""
+UPRIGHT = 1 - 1e-6
+"""|R_zz| from which a mounting keeps the vehicle's z on the sensor's z."""
 IGNORED = 0.01
 """Change of the offset, gauss, and of scales, that PX4 ignores [PX4: sensor_calibration/Magnetometer.cpp]."""
 THROTTLE_TYPE, CURRENT_TYPE, SECOND_BATTERY = 1, 2, 3
@@ -87,8 +89,12 @@ def _without(term: InputTerm) -> str:
 def told(calibration: Calibration) -> tuple[str, ...]:
     """Return notes on what an autopilot computes otherwise than `apply`."""
     lags = [f"the lag of {one.lag_s:g} s behind {one.channel} is left out" for one in calibration.inputs if one.lag_s]
-    eddy = [] if calibration.eddy_s is None else ["the eddy currents' term is left out"]
-    return (*lags, *eddy)
+    return (*lags, *without_eddy(calibration))
+
+
+def without_eddy(calibration: Calibration) -> tuple[str, ...]:
+    """Return the line of a format that has no place for the eddy currents' term."""
+    return () if calibration.eddy_s is None else ("the eddy currents' term is left out",)
 
 
 def ardupilot_parameters(calibration: Calibration, applied: AppliedCalibration | None = None) -> AutopilotParameters:
@@ -132,14 +138,43 @@ def px4_parameters(calibration: Calibration, applied: AppliedCalibration | None 
     force = _in_force(applied, PX4)
     head = f"CAL_MAG{applied.compass if applied is not None and force else 0}_"
     turn = px4_mounting(force, head) if head + "ROT" in force else np.eye(3)
+    iron = _px4_iron(calibration, force, head, turn)
+    return iron.joined(_px4_motors(power_term(calibration), turn, force, head + "{}COMP"))
+
+
+def _px4_iron(calibration: Calibration, force: Mapping[str, float], head: str, turn: Array) -> AutopilotParameters:
+    """Return OFF, SCALE and ODIAG, with device and mounting; turn : R (3, 3), body = R sensor."""
     offset, matrix = frd_symmetric(calibration)
+    tilted = not calibration.determines_z and abs(turn[2, 2]) < UPRIGHT
+    if tilted:
+        offset, matrix = _with_z_in_force(offset, matrix, turn, _px4_in_force(force, head))
     offset, matrix = turn.T @ offset, turn.T @ matrix @ turn
     values = _axes(head + "{}OFF", offset / NT_PER_GAUSS) | _axes(head + "{}SCALE", np.diag(matrix))
     values |= _axes(head + "{}ODIAG", _upper(matrix))
     angles = {head + angle: force[head + angle] for angle in ("ROLL", "PITCH", "YAW") if head + angle in force}
-    own, notes = _kept((head + "ID", head + "ROT"), force), (*told(calibration), *_ignored(values, force, head))
-    iron = AutopilotParameters(_estimated(values, calibration) | angles, own, notes)
-    return iron.joined(_px4_motors(power_term(calibration), turn, force, head + "{}COMP"))
+    own, notes = _kept((head + "ID", head + "ROT"), force), [*told(calibration), *_ignored(values, force, head)]
+    notes += ["the sensor is tilted: what is along the vehicle's z is as in force, in all parameters"] if tilted else []
+    estimated = values if tilted else _estimated(values, calibration)
+    return AutopilotParameters(estimated | angles, own, tuple(notes))
+
+
+def _px4_in_force(force: Mapping[str, float], head: str) -> tuple[Array, Array]:
+    """Return OFF, nT, and SCALE (3, 3) in force, sensor axes."""
+    offset, diagonal, (xy, xz, yz) = (
+        np.array([force.get(f"{head}{axis}{end}", usual) for axis in "XYZ"])
+        for end, usual in (("OFF", 0.0), ("SCALE", 1.0), ("ODIAG", 0.0))
+    )
+    return offset * NT_PER_GAUSS, np.diag(diagonal) + np.array([[0, xy, xz], [xy, 0, yz], [xz, yz, 0]])
+
+
+def _with_z_in_force(offset: Array, matrix: Array, turn: Array, force: tuple[Array, Array]) -> tuple[Array, Array]:
+    """Return offset (3,) and matrix (3, 3), body axes, whose entries of z are those in force.
+
+    turn : R, body = R sensor. force : OFF, nT, and SCALE, sensor axes.
+    """
+    before_offset, before_matrix = turn @ force[0], turn @ force[1] @ turn.T
+    level = np.array([True, True, False])
+    return np.where(level, offset, before_offset), np.where(np.outer(level, level), matrix, before_matrix)
 
 
 def _px4_motors(power: PowerTerm | None, turn: Array, force: Mapping[str, float], names: str) -> AutopilotParameters:

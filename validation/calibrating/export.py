@@ -18,6 +18,7 @@ from validation.calibrating.autopilot_parameters import (
     ardupilot_parameters,
     left_out,
     px4_parameters,
+    without_eddy,
 )
 from validation.calibrating.output_unit import NANOTESLA, OutputUnit
 
@@ -36,8 +37,9 @@ def c_header(calibration: Calibration, applied: AppliedCalibration | None = None
     name = f"MAG_OFFSET_{unit.measured.upper()}"
     of = unit.measured if unit.field == unit.measured else f"h in {unit.field}, m in {unit.measured}"
     offset = ", ".join(f"{v:.6f}f" for v in unit.offset(calibration))
+    left = "".join(f"/* {line} */\n" for line in without_eddy(calibration))
     return (
-        f"/* {calibration.name}: h = MAG_MATRIX (m - {name}), {of}; x forward, y left, z up. */\n"
+        f"{left}/* {calibration.name}: h = MAG_MATRIX (m - {name}), {of}; x forward, y left, z up. */\n"
         "#ifndef MAG_CALIBRATION_H\n#define MAG_CALIBRATION_H\n\n"
         f"static const float {name}[3] = {{{offset}}};\n"
         f"static const float MAG_MATRIX[3][3] = {{\n{rows}\n}};\n{_c_inputs(calibration, unit)}\n#endif\n"
@@ -98,7 +100,8 @@ def ros_yaml(calibration: Calibration, applied: AppliedCalibration | None = None
     a sample and the offset's uncertainty; zeros where neither is known.
     """
     rows = "".join("    - [" + ", ".join(f"{v:.9g}" for v in row) + "]\n" for row in calibration.matrix)
-    text = f"magnetometer_calibration:\n  offset_T: [{_teslas(calibration.offset_nT)}]\n  matrix:\n{rows}"
+    left = "".join(f"# {line}\n" for line in without_eddy(calibration))
+    text = f"{left}magnetometer_calibration:\n  offset_T: [{_teslas(calibration.offset_nT)}]\n  matrix:\n{rows}"
     covariance = ", ".join(f"{1e-18 * v:.6g}" for v in field_covariance_nT2(calibration).flat)
     return text + f"  magnetic_field_covariance: [{covariance}]\n" + _ros_inputs(calibration)
 

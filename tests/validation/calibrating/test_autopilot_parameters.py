@@ -113,6 +113,38 @@ def test_px4_board_mountings_and_level() -> None:
     np.testing.assert_allclose(found, SUM.apply(LOG), atol=0.1)
 
 
+@pytest.mark.parametrize("angles_deg", [(0, 0, 90), (50, 0, 20)], ids=["on its side", "oblique"])
+def test_a_level_turn_of_a_tilted_px4_sensor_keeps_what_is_along_the_vehicles_z(angles_deg: tuple[float, ...]) -> None:
+    """x and y of the field follow the new calibration, z the parameters in force, whatever the sensor's axes."""
+    turn = Rotation.from_euler("ZYX", angles_deg, degrees=True).as_matrix()
+    before = {"XOFF": 0.11, "YOFF": -0.07, "ZOFF": 0.05, "XSCALE": 1.06, "YSCALE": 0.94, "ZSCALE": 1.02}
+    before |= {"XODIAG": 0.03, "YODIAG": -0.02, "ZODIAG": 0.04, "ROT": 100.0, "ID": 396809.0}
+    before |= dict(zip(("YAW", "PITCH", "ROLL"), map(float, angles_deg), strict=True))
+    force = {f"CAL_MAG0_{name}": value for name, value in before.items()}
+    level = np.array([[0.95, 0.02, 0.0], [0.02, 1.05, 0.0], [0.0, 0.0, 1.0]])
+    planar = replace(
+        IRON,
+        offset_nT=np.array([12_000.0, -8_000.0, 0.0]),
+        matrix=level,
+        covariance=np.eye(2),
+        covariance_names=("offset_x_nT", "offset_y_nT"),
+    )
+    assert not planar.determines_z
+    text = exported(planar, "px4", applied=AppliedCalibration("px4", 0, parameters=force))[1]
+    assert "the sensor is tilted" in text
+    offset, scale = (
+        turn @ np.array([before[f"{axis}OFF"] for axis in "XYZ"]),
+        turn @ symmetric([1.06, 0.94, 1.02], 0.03, -0.02, 0.04) @ turn.T,
+    )
+    offset[:2] = [0.12, 0.08]
+    scale[:2, :2] = [[0.95, -0.02], [-0.02, 1.05]]
+    expected = 1e5 * FRD * ((LOG.mag_nT * FRD / 1e5 - offset) @ scale.T)
+    found = px4_field_nT(values(text), 0, LOG.mag_nT, np.zeros(400), turn)
+    np.testing.assert_allclose(found, expected, atol=0.1)
+    upright = exported(planar, "px4", applied=AppliedCalibration("px4", 0, parameters=force | {"CAL_MAG0_ROT": 2.0}))
+    assert "CAL_MAG0_ZOFF" not in values(upright[1])
+
+
 def test_a_mounting_that_px4_has_not_is_named() -> None:
     with pytest.raises(InputError, match="no mounting of number 77"):
         exported(IRON, "px4", applied=AppliedCalibration("px4", 0, parameters={"CAL_MAG0_ROT": 77.0}))

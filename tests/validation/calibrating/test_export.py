@@ -61,6 +61,13 @@ def test_c_header_holds_the_numbers() -> None:
     np.testing.assert_allclose(numbers, [*OFFSET_NT, *MATRIX.ravel()], rtol=1e-8)
 
 
+@pytest.mark.parametrize("form", ["c", "ros", "px4", "ardupilot"])
+def test_eddy_currents_that_no_format_holds_are_told(form: str) -> None:
+    eddy = replace(GOOD, eddy_s=0.02 * np.eye(3))
+    assert "the eddy currents' term is left out" in exported(eddy, form)[1].splitlines()[0]
+    assert "eddy" not in exported(GOOD, form)[1]
+
+
 PROGRAM = """
 #include <stdio.h>
 #include "mag_calibration.h"
