@@ -22,6 +22,9 @@ from scenarios.arrays import Array
 
 IGNORED = 0.01
 """PX4 ignores a new offset (G), scale or off-diagonal vector whose difference from the one in force is no longer."""
+IGNORED_BEFORE = 0.001
+"""IGNORED of v1.12."""
+UNLEVELLED_RELEASE = (1, 12)
 LARGEST_CONDITION = 1e6
 """A scale matrix beyond this condition is damage: no field comes back from what it does."""
 PAIRS = (np.array([0, 0, 1]), np.array([1, 2, 2]))
@@ -111,10 +114,20 @@ def slot_of(state: ParameterState, device: int) -> int | None:
     return next(numbers, None) if device else None
 
 
-def formula_by_parameters(state: ParameterState) -> Formula:
-    """Return the formula of the release that has these parameters: CAL_MAGn_PRIO came, and _EN went, with v1.12."""
+def formula_by_parameters(state: ParameterState, release: str = "", *, oldest: bool = False) -> Formula:
+    """Return the formula of the release that has these parameters: CAL_MAGn_PRIO came, and _EN went, with v1.12.
+
+    release : as the log tells, "1.12.3", "" where it does not. oldest : whether sensor_combined holds the field.
+    """
     present = {name.partition("_")[2].partition("_")[2] for name in state.values if name.startswith("CAL_MAG")}
-    return Formula.DRIVER if "EN" in present or not present & {"PRIO", "XODIAG"} else Formula.SENSORS_MODULE
+    numbers = tuple(int(part) for part in release.split(".")[:2] if part.isdecimal())
+    if "EN" in present or oldest:
+        return Formula.DRIVER
+    if numbers == UNLEVELLED_RELEASE:
+        return Formula.UNLEVELLED
+    if present & {"PRIO", "XODIAG"}:
+        return Formula.SENSORS_MODULE
+    return Formula.DRIVER if len(numbers) == 2 and (0, 0) < numbers < UNLEVELLED_RELEASE else Formula.SENSORS_MODULE
 
 
 def _updated(before: Correction, state: ParameterState, slot: int | None, device: int, formula: Formula) -> Correction:
@@ -123,7 +136,7 @@ def _updated(before: Correction, state: ParameterState, slot: int | None, device
     if slot is None:
         return replace(before, rotation=rotation)
     name = f"CAL_MAG{slot}_{{}}"
-    least = 0.0 if formula is Formula.DRIVER else IGNORED
+    least = {Formula.DRIVER: 0.0, Formula.UNLEVELLED: IGNORED_BEFORE}.get(formula, IGNORED)
     return Correction(
         _taken(state.vector(name + "OFF"), before.offset_G, least),
         _scale(before.scale, state.vector(name + "SCALE", 1.0), state.vector(name + "ODIAG"), least),

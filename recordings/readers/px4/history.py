@@ -76,7 +76,9 @@ class CalibrationHistory:
     def _power(self, correction: Correction, at_s: Array) -> Array:
         if not np.any(correction.power):
             return np.zeros(len(at_s))
-        signal = power_signal(self.log, correction.power_type, at_s, self.formula is Formula.DRIVER)
+        signal = power_signal(
+            self.log, correction.power_type, at_s, armed_alone=self.formula is not Formula.SENSORS_MODULE
+        )
         self.lacking = self.lacking or signal is None
         return np.zeros(len(at_s)) if signal is None else signal
 
@@ -104,6 +106,12 @@ class CalibrationHistory:
         return since_s
 
 
+def usual_formula(log: ULog, state: ParameterState) -> Formula:
+    """Return the formula by the release and the parameters of a log."""
+    combined = log.first("sensor_combined")
+    return formula_by_parameters(state, log.release, oldest=combined is not None and "magnetometer_ga[2]" in combined)
+
+
 def formula_by_samples(log: ULog, sensor: LoggedSensor, states: Sequence[ParameterState]) -> Formula | None:
     """Return the formula by which sensor_mag gives vehicle_magnetometer; None where both are not there together."""
     if sensor.samples is None or sensor.body is None:
@@ -117,6 +125,6 @@ def formula_by_samples(log: ULog, sensor: LoggedSensor, states: Sequence[Paramet
         undo = CalibrationHistory(log, sensor, states, formula)
         error_G = undo.each(samples, undo.body) - expected_G[known]
         misfit[formula] = float(np.median(np.linalg.norm(error_G, axis=1)))
-    usual = formula_by_parameters(states[0])
+    usual = usual_formula(log, states[0])
     best = min(misfit, key=lambda formula: misfit[formula])
     return best if misfit[best] < CLEARLY * misfit[usual] else usual

@@ -9,9 +9,9 @@ import numpy as np
 
 from recordings.applied import AppliedCalibration
 from recordings.body_frame import DOWN, flu_from_frd
-from recordings.readers.px4.calibration import Correction, Formula, formula_by_parameters
+from recordings.readers.px4.calibration import Correction, Formula
 from recordings.readers.px4.contents import ULog, UlogTopic
-from recordings.readers.px4.history import CalibrationHistory, formula_by_samples
+from recordings.readers.px4.history import CalibrationHistory, formula_by_samples, usual_formula
 from recordings.readers.px4.parameters import ParameterState, parameter_states
 from recordings.readers.px4.sensors import LoggedSensor, logged_sensors
 from recordings.readers.vehicle_log import vector_columns
@@ -47,7 +47,7 @@ def magnetometers(log: ULog) -> list[Px4Magnetometer]:
     chosen: list[Formula] = []
     found = []
     for sensor in sensors:
-        formula = formula_by_samples(log, sensor, states) or next(iter(chosen), formula_by_parameters(states[0]))
+        formula = formula_by_samples(log, sensor, states) or next(iter(chosen), usual_formula(log, states[0]))
         chosen.append(formula)
         found.append(_magnetometer(log, sensor, states, formula))
     return found

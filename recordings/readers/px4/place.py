@@ -56,8 +56,9 @@ def local_enu(place: Array) -> Array:
 
 def _place(topic: UlogTopic) -> Array:
     """Return latitude, longitude and altitude (n, 3): in newer logs degrees and m, in older 1e-7 degrees and mm."""
-    if {"latitude_deg", "longitude_deg", "altitude_ellipsoid_m"} <= set(topic.names):
-        return topic.vectors("latitude_deg", "longitude_deg", "altitude_ellipsoid_m")
+    metres = next((name for name in ("altitude_ellipsoid_m", "altitude_msl_m") if name in topic), "")
+    if metres and {"latitude_deg", "longitude_deg"} <= set(topic.names):
+        return topic.vectors("latitude_deg", "longitude_deg", metres)
     if not {"lat", "lon", "alt"} <= set(topic.names):
         return np.full((len(topic), 3), np.nan)
     height = "alt_ellipsoid" if "alt_ellipsoid" in topic else "alt"

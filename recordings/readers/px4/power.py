@@ -50,11 +50,11 @@ def throttle(log: ULog) -> tuple[Array, Array] | None:
     return None
 
 
-def power_signal(log: ULog, kind: int, at_s: Array, armed_alone: bool) -> Array | None:
+def power_signal(log: ULog, kind: int, at_s: Array, *, armed_alone: bool) -> Array | None:
     """Return the power signal c (n,) of the magnetometers' compensation, None where the log lacks what makes it up.
 
     kind : CAL_MAG_COMP_TYP; c is the throttle while armed, or the battery's current in kA.
-    armed_alone : whether the battery's current, too, counts while armed only, as before v1.12.
+    armed_alone : whether the battery's current, too, counts while armed only, as before v1.13.
     """
     if kind != THROTTLE_COMPENSATION and kind not in BATTERY_COMPENSATION:
         return np.zeros(len(at_s))

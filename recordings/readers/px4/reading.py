@@ -18,13 +18,21 @@ from recordings.readers.px4.ulog import MAGIC, read_ulog
 from recordings.readers.vehicle_log import VehicleLog
 from scenarios.errors import InputError
 
+ENCRYPTED = (b"ULogKey", b"ULogEnc")
+"""The first bytes of logs that PX4 encrypted, and of their keys."""
+ENCRYPTED_SUFFIXES = (".ulgc", ".ulge")
+
 
 def _recognises(path: Path, head: bytes) -> bool:
-    return head.startswith(MAGIC)
+    return head.startswith((MAGIC, *ENCRYPTED)) or path.suffix.lower() in ENCRYPTED_SUFFIXES
 
 
 def _read(path: Path, wanted: Wanted, stream: str | None) -> FileContents:
     """Return the columns at the times of one magnetometer, its calibration undone."""
+    with path.open("rb") as file:
+        head = file.read(len(MAGIC))
+    if head in ENCRYPTED or (head != MAGIC and path.suffix.lower() in ENCRYPTED_SUFFIXES):
+        raise InputError("is a log that PX4 encrypted", where=str(path), do="decrypt it, and give the .ulg file")
     with np.errstate(all="ignore"):  # damaged numbers may be of any size
         return _contents(path, wanted, stream)
 
