@@ -50,6 +50,7 @@ def plan(
 
     vehicle : a name of `magbench list vehicles`, or "hand". target : "offset_rms_nT=2" and the like: the shortest that
         reaches it. like : field, sensor and errors. trials : confirming flights, on `jobs` processes.
+    field_enu_nT : the field planned for, in place of `like`'s; with `after` the field of a log that does not say.
     out : directory for the scenario, plan.json and report.html; by default none is written.
 
     The result's `scenario` is what `magbench.run` flies. Raises InputError for an unknown vehicle or figure.
@@ -57,15 +58,25 @@ def plan(
     from magbench.api.planning_results import plan_result
     from reports.outputs.plan import write_plan
 
-    task, size = _task(
-        vehicle, scenario_from(like, overrides), knowledge, tilts_from(tilt_limits), target, noise_std_nT
-    )
+    scenario = _in_field(scenario_from(like, overrides), field_enu_nT if after is None else None)
+    task, size = _task(vehicle, scenario, knowledge, tilts_from(tilt_limits), target, noise_std_nT)
     most_s = time_s or task.usual_s
     if after is None:
         found = _from_start(task, most_s, size, trials, jobs)
     else:
         found = _after(task, after, reading_from(after, maps, reading), (noise_std_nT, field_enu_nT), most_s, size)
     return plan_result(found, write_plan(found, Path(out)) if out else None)
+
+
+def _in_field(like: Scenario, field_enu_nT: Sequence[float] | None) -> Scenario:
+    """The scenario, in a stated field; InputError for an impossible one."""
+    from validation.calibrating.reference import stated_reference
+    from validation.planning.task import in_field
+
+    if field_enu_nT is None:
+        return like
+    stated = stated_reference(like.name, None, field_enu_nT)
+    return in_field(like, stated.field_enu_nT or field_enu_nT)
 
 
 def _task(

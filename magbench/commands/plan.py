@@ -84,7 +84,7 @@ def command(
     """
     enu = field_vector(field_enu_nT)
     if after is None:
-        none_of({"--field-enu-nT": enu, **reading.stated}, "speaks of a log", "name it with --after, or leave it out")
+        none_of(reading.stated, "speaks of a log", "name it with --after, or leave it out")
     from magbench.api.plan import plan
     from magbench.console import emit, progress, say, show_table
     from validation.planning.summary import HEADS

@@ -49,12 +49,11 @@ def _tried(task: PlanningTask, time_s: float) -> Iterator[LegSelection]:
     for guide in GUIDES:
         before = None if task.before is None else _carried(task.before, guide)
         search = RouteSearch(replace(task, knowledge=guide, before=before), time_s)
-        if before is None:
-            search.improve(time_s)
+        search.improve(time_s)
         best = search.best(time_s)
         found = replace(best, task=task, error=np.inf)
         yield found
-        for times in TIMES if np.isfinite(best.error) else ():
+        for times in TIMES if np.isfinite(best.error) and len(best.legs) > 1 else ():
             again = _again(found, times) if times * len(found.legs) <= MOST_LEGS else None
             if again is None:
                 break

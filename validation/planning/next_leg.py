@@ -13,7 +13,7 @@ from validation.bound.bound import Bound
 from validation.bound.files import scenario_experiment
 from validation.bound.limit import Limit, limit
 from validation.planning import linked
-from validation.planning.search import LegSelection, RouteSearch
+from validation.planning.search import NEAR, LegSelection, design_error, selections
 from validation.planning.task import PlanningTask
 
 LEGS_S = (60.0, 120.0, 240.0)
@@ -39,7 +39,11 @@ class NextLeg:
     @property
     def rate(self) -> float:
         """Return the rate of ln(error) reduction a minute."""
-        return float(np.log(self.before / self.after)) * MINUTE_S / self.choice.phase.duration_s
+        return _rate(self.before, self.after, self.choice.phase.duration_s)
+
+    def beats(self, after: float, time_s: float) -> bool:
+        """Return whether the leg gains faster than one of another time and error; by error where both first do."""
+        return bool((self.rate, -self.after) >= (_rate(self.before, after, time_s), -after))
 
     @property
     def pays(self) -> bool:
@@ -93,13 +97,30 @@ def _leg(task: PlanningTask, left_s: float) -> NextLeg | None:
     """Return the leg with the fastest gain; None if no leg in the remaining time determines the goal."""
     assert task.before is not None
     before = task.error(task.before)
-    tried = [_best(task, leg_s) for leg_s in LEGS_S if leg_s <= left_s]
-    found = [NextLeg(choice, before, choice.error) for choice in tried if np.isfinite(choice.error)]
-    return max(found, key=lambda one: (one.rate, -one.after), default=None)
+    best: NextLeg | None = None
+    for leg_s in sorted(LEGS_S, reverse=True):
+        if leg_s > left_s or (best is not None and best.beats(design_error(task, leg_s), leg_s)):
+            continue
+        choice = _best(task, leg_s)
+        if np.isfinite(choice.error) and (best is None or not best.beats(choice.error, choice.phase.duration_s)):
+            best = NextLeg(choice, before, choice.error)
+    return best
+
+
+def _rate(before: float, after: float, time_s: float) -> float:
+    return float(np.log(before / after)) * MINUTE_S / time_s
 
 
 def _best(task: PlanningTask, leg_s: float) -> LegSelection:
-    return linked.linked(task, leg_s) if task.linked else RouteSearch(task, leg_s).best(leg_s)
+    """Return the best selection for a time; variants as for a plan, until one is near the optimal design."""
+    if task.linked:
+        return linked.linked(task, leg_s)
+    tried: list[LegSelection] = []
+    for choice, least in selections(task, leg_s):
+        tried.append(choice)
+        if choice.error <= NEAR * least:
+            break
+    return min(tried, key=lambda one: one.error)
 
 
 def _flown(task: PlanningTask, legs: tuple[NextLeg, ...], idle: NextLeg | None) -> LegSequence:

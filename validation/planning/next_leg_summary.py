@@ -7,7 +7,7 @@ from typing import Any
 
 from scenarios.plain import json_ready
 from validation.planning.next_leg import LegSequence, NextLeg
-from validation.planning.summary import PERFECT, leg_summary, limit_of, row, times_s
+from validation.planning.summary import PERFECT, field_of, field_words, leg_summary, limit_of, row, times_s
 from validation.text import duration, quantity
 
 
@@ -17,6 +17,7 @@ def summary(found: LegSequence, scenario: str) -> dict[str, Any]:
     least = found.least
     plain = {
         "scenario": scenario or None,
+        "field_enu_nT": field_of(found.task),
         "predicted": {goal.name: found.error, "before": found.task.error_before},
         "limit": None if least is None else {goal.name: least.value, "duality_gap": least.gap},
         "legs": [_leg(leg, found) for leg in found.legs],
@@ -31,6 +32,7 @@ def headline(found: LegSequence) -> str:
     lines = [f"leg {number}: {_gain(leg, found)}" for number, leg in enumerate(found.legs, start=1)]
     if found.idle is not None:
         lines.append(f"a further leg does not pay: {_gain(found.idle, found)}")
+    lines.append(field_words(found.task))
     if found.error is not None and found.least is not None:
         size = quantity(found.error, goal.unit)
         lines.append(f"recording and simulated legs determine the {goal.short} to {size} rms")

@@ -15,7 +15,7 @@ from validation.bound.query import BoundAnswer, BoundQuery
 from validation.bound.station_keeping import staying_limit
 from validation.comparison.engine import Engine
 from validation.planning import linked
-from validation.planning.search import LegSelection, RouteSearch
+from validation.planning.search import NEAR, LegSelection, RouteSearch, selections
 from validation.planning.task import PlanningTask
 from validation.planning.verification import Confirmed, confirmed
 
@@ -23,8 +23,6 @@ MOST_TRIES = 4
 """Flights at most to meet a target that the first plan, made without physics, misses by a little."""
 MARGIN = 1.005
 """Factor on the time from the ratio of squares, so that the next flight meets the target."""
-NEAR = 1.2
-"""Ratio to the tilts' limit below which no other variant is tried."""
 USUAL = 99.0
 """Percentile of the flown tilts that is reported, since pushes overshoot for tenths of a second."""
 
@@ -108,12 +106,9 @@ def planned(task: PlanningTask, time_s: float, target: float | None = None) -> P
 def _best(task: PlanningTask, time_s: float) -> Plan:
     """Return the best manoeuvre for a time; further variants are tried if the first is too far from the limit."""
     best: Plan | None = None
-    for way in task.manoeuvre.ways:
-        search = RouteSearch(task.flown_by(way), time_s)
-        search.improve(time_s)
-        choice = search.best(time_s)
+    for choice, _ in selections(task, time_s):
         if np.isfinite(choice.error):
-            found = _flown(choice.filled, None)
+            found = _flown(choice, None)
             best = found if best is None or found.error < best.error else best
         if best is not None and best.ratio <= NEAR:
             break

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,20 +19,26 @@ from validation.planning.task import PlanningTask
 
 FEW = (4, 6, 9, 12, 16, 20, 24, 32)
 """Tried numbers of legs: sixteen are usually as good as the optimum, fewer leave more time for holds."""
+FEWER = (1, 2, 4, 6, 9, 12, 20)
+"""Tried numbers of legs after a recording."""
 NARROWER = (1.0, 0.6, 0.35)
 """Shares of the tilts within which routes are searched: for short times narrow tilts may be better."""
 REFINED = 3
 """Routes to refine: the best for several numbers of legs."""
 ENOUGH = 1.1
 """Ratio to the error of the optimal design below which a route is not refined."""
-FEWER = (1, 2, 3, 4, 6, 9, 12)
-"""Tried numbers of legs after a recording."""
+NEAR = 1.2
+"""Ratio to the tilts' limit below which no other variant of the manoeuvre is tried."""
+SAME_DEG = 0.5
+"""Angle between consecutive attitudes below which they are one leg."""
 KEPT = 0.6
 """Share of the candidates kept at each thinning."""
 RARE = 1e-6
 """Weight over the largest below which a candidate is dropped."""
 SHORT = 0.5
 """Seconds below which a hold is dropped."""
+THINNED = 1.002
+"""Factor by which the error may grow through dropped holds."""
 CLOSE_S = 1.0
 """Accuracy of the shortest time in s."""
 
@@ -95,19 +101,22 @@ class RouteSearch:
         narrower = NARROWER if task.step_deg is None and task.before is None else NARROWER[:1]
         rows = [_within(task, time_s, share) for share in narrower]
         self.routes = [route for angles, leg_rows in rows for route in _routes(task, angles, leg_rows)]
-        self.least_in_a_second = float(np.sqrt(time_s * optimal(rows[0][1], task.wanted, task.before)[0]))
+        self.least_in_a_second = np.sqrt(time_s) * _design_error(task, rows[0][1])
 
     def improve(self, time_s: float) -> None:
         """Add refined versions of the best routes for a time, unless a route is near the optimum."""
         found = sorted((route.best(time_s) for route in self.routes), key=lambda one: one.error)
-        least = self.least_in_a_second / np.sqrt(time_s)
-        if self.task.step_deg is not None or not ENOUGH * least < found[0].error < np.inf:
+        if self.task.step_deg is not None or not ENOUGH * self.least(time_s) < found[0].error < np.inf:
             return
         best = {len(one.legs): one for one in reversed(found)}
         for one in sorted(best.values(), key=lambda one: one.error)[:REFINED]:
             legs, error = refined(self.task, one.legs, time_s)
             if error < np.inf:
                 self.routes.append(_route(self.task, np.array([leg.angles_deg for leg in legs]), ordered=True))
+
+    def least(self, time_s: float) -> float:
+        """Return the error of the optimal design for a time, without turns between its attitudes."""
+        return float(self.least_in_a_second / np.sqrt(time_s))
 
     def best(self, time_s: float) -> LegSelection:
         """Return the best of all routes for a time."""
@@ -127,17 +136,46 @@ class RouteSearch:
         return best
 
     def _thinned(self, choice: LegSelection) -> LegSelection:
-        """Return the selection without legs of negligible time, unless the error grows."""
-        least = choice.task.manoeuvre.least
-        kept = [leg.angles_deg for leg in choice.legs if leg.amount >= least + SHORT * (1.0 - least)]
-        if not kept or len(kept) == len(choice.legs):
-            return choice
-        route = _route(choice.task, np.array(kept))
-        tried = route.best(choice.time_s)
-        if tried.error > choice.error:
-            return choice
-        self.routes.append(route)
-        return self._thinned(tried)
+        """Return the selection without legs of negligible time, one after another, as long as the error stays."""
+        most, kept = THINNED * choice.error, choice
+        while (fewer := _without_one(kept, most)) is not None:
+            kept = fewer
+        if len(kept.legs) < len(choice.legs):
+            self.routes.append(_route(kept.task, np.array([leg.angles_deg for leg in kept.legs]), ordered=True))
+        return kept
+
+
+def selections(task: PlanningTask, time_s: float) -> Iterator[tuple[LegSelection, float]]:
+    """Yield the improved best selection of each variant of the manoeuvre, with the error of the optimal design.
+
+    The same search serves a plan from the start and the next leg after a recording.
+    """
+    for way in task.manoeuvre.ways:
+        search = RouteSearch(task.flown_by(way), time_s)
+        search.improve(time_s)
+        found = search.best(time_s)
+        yield (found.filled if np.isfinite(found.error) else found), search.least(time_s)
+
+
+def design_error(task: PlanningTask, time_s: float) -> float:
+    """Return the error of the optimal design within the tilts for a time: no leg of that time is better."""
+    return _design_error(task, _within(task, time_s, 1.0)[1])
+
+
+def _design_error(task: PlanningTask, rows: Array) -> float:
+    return float(np.sqrt(optimal(rows, task.wanted, task.before)[0]))
+
+
+def _without_one(choice: LegSelection, most: float) -> LegSelection | None:
+    """Return the selection without its shortest negligible leg that can be spared, None if each one is needed."""
+    least = choice.task.manoeuvre.least
+    brief = [k for k, leg in enumerate(choice.legs) if leg.amount < least + SHORT * (1.0 - least)]
+    for k in sorted(brief, key=lambda k: choice.legs[k].amount) if len(choice.legs) > 1 else ():
+        kept = np.array([leg.angles_deg for leg in (*choice.legs[:k], *choice.legs[k + 1 :])])
+        tried = _route(choice.task, kept, ordered=True).best(choice.time_s)
+        if tried.error <= most:
+            return tried
+    return None
 
 
 def few(rows: Array, wanted: Array, counts: Sequence[int], before: Array | None = None) -> list[Array]:
@@ -174,6 +212,7 @@ def _route(task: PlanningTask, angles: Array, *, ordered: bool = False) -> Route
     if not ordered:
         order = shortest(len(angles), lambda a, b: manoeuvre.move_s(before if a == START else angles[a], angles[b]))
         angles = angles[order]
+    angles = merged(angles)
     units = [manoeuvre.unit(Leg.at(one, 1.0)) for one in angles]
     each = np.array([task.information(*unit) for unit in units])
     phase = manoeuvre.phase([Leg.at(one, manoeuvre.least) for one in angles])
@@ -182,3 +221,10 @@ def _route(task: PlanningTask, angles: Array, *, ordered: bool = False) -> Route
     fixed = fixed if task.before is None else fixed + task.before
     moving_s = phase.duration_s - manoeuvre.least * unit_s * len(angles)
     return Route(task, angles, LegInformation(fixed, each, task.wanted, manoeuvre.least, unit_s), moving_s)
+
+
+def merged(angles: Array) -> Array:
+    """Return angles (m, 3) without consecutive repetitions of an attitude, which would only cost a turn."""
+    attitudes = Rotation.from_euler("ZYX", angles, degrees=True)
+    apart = (attitudes[1:] * attitudes[:-1].inv()).magnitude() if len(angles) > 1 else np.zeros(0)
+    return np.asarray(angles[np.concatenate(([True], np.degrees(apart) >= SAME_DEG))])

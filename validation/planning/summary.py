@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from scenarios.plain import json_ready
 from validation.bound.limit import Limit
 from validation.planning.manoeuvre import Leg
 from validation.planning.plan import Plan
 from validation.planning.search import LegSelection
+from validation.planning.task import PlanningTask
 from validation.text import counted, duration, figure, quantity
 
 COMPASS = ("east", "north-east", "north", "north-west", "west", "south-west", "south", "south-east")
@@ -27,11 +30,26 @@ LIMITS = ("limit of", "size", "ratio of this plan", "duality gap, %")
 HEADS = ("leg", "attitude", "yaw, °", "pitch, °", "roll, °", "from, s", "for, s")
 
 
+def field_words(task: PlanningTask) -> str:
+    """Return the field that is planned for, in a sentence: east, north, up, and where the vertical part points."""
+    assert task.known.field_enu_nT is not None
+    east, north, up = task.known.field_enu_nT
+    where = "up, as in the southern hemisphere" if up > 0 else "down, as in the northern hemisphere"
+    strength = f"{np.linalg.norm(task.known.field_enu_nT):.0f} nT"
+    return f"planned for a field of {east:.0f}, {north:.0f}, {up:.0f} nT east, north, up ({strength}), pointing {where}"
+
+
+def field_of(task: PlanningTask) -> list[float] | None:
+    """Return the field that is planned for as JSON: east, north, up in nT."""
+    return None if task.known.field_enu_nT is None else [float(part) for part in task.known.field_enu_nT]
+
+
 def summary(found: Plan, scenario: str) -> dict[str, Any]:
     """Return the JSON of `--json`; scenario : file with the manoeuvre."""
     goal = found.task.goal.name
     plain = {
         "scenario": scenario,
+        "field_enu_nT": field_of(found.task),
         "predicted": {
             goal: found.error,
             "time_s": found.time_s,
@@ -67,6 +85,7 @@ def headline(found: Plan) -> str:
     size = quantity(found.error, unit)
     legs = counted(len(found.choice.legs), "attitude")
     lines = [f"{legs} in {duration(found.time_s)} determine the {found.task.goal.short} to {size} rms"]
+    lines.append(field_words(found.task))
     if found.target is not None and not found.met:
         lines.append(f"the target of {quantity(found.target, unit)} is not met: give more --time")
     lines.append(f"{limit_of(found.least)}, this plan has {figure(found.ratio)} times the limit")

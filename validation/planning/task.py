@@ -24,6 +24,7 @@ from validation.bound.files import scenario_experiment
 from validation.bound.goal import OFFSET, Goal
 from validation.bound.information import SAMPLE
 from validation.bound.limit import Tilts, inverse, sample_rows
+from validation.bound.sensor_noise import stated_noise_nT
 from validation.planning.manoeuvre import HandHeld, Leg, Manoeuvre, manoeuvre_of
 
 HAND, HAND_DEG_S, HAND_STEP_DEG = "hand", 45.0, 45.0
@@ -31,7 +32,7 @@ HAND, HAND_DEG_S, HAND_STEP_DEG = "hand", 45.0, 45.0
 USUAL_S, USUAL_HAND_S = 600.0, 120.0
 """Default times: ten minutes for a vehicle, two for a person."""
 PROBE_S = 200.0
-"""Time simulated at rest to measure the noise: two thousand samples at 10 Hz give one percent."""
+"""Time simulated at rest; a scenario without stated white noise is measured there, to one percent at 10 Hz."""
 BEST = {"norm": "ml_geometric", "norm+gyro": "gyro_ml", "vector": "vector_least_squares"}
 """A calibrator near the bound for each knowledge."""
 
@@ -68,6 +69,7 @@ class PlanningTask:
     ) -> PlanningTask:
         """Return the task of a vehicle with field, sensors and errors of a scenario; default tilts are the vehicle's.
 
+        noise_std_nT : white noise; None for the scenario's, as stated, or measured where no white noise is stated.
         HAND : a person with the vehicle in the hands, simulated by a turntable; attitudes in steps of HAND_STEP_DEG.
 
         Raises InputError for unsupported knowledge, and for a vehicle without suitable motion or sensors.
@@ -78,7 +80,8 @@ class PlanningTask:
         vehicle = who if who != HAND else next(name for name, one in VEHICLES.items() if Ability.POINT in one.abilities)
         rest = manoeuvre_of(vehicle).phase([Leg(0.0, 0.0, 0.0, 1.0)])
         base = based(vehicle, like, [rest], BEST[knowledge])
-        known = scenario_experiment(_resting(base), noise_std_nT)
+        noise_std_nT = noise_std_nT or stated_noise_nT(plan(base).effects[0])
+        known = scenario_experiment(_resting(base), noise_std_nT or None)
         yaw_deg = _heading_deg(base)
         if who == HAND:
             shown, all_round = HandHeld(HAND_DEG_S, yaw_deg), tilts or Tilts(180.0, 90.0)
@@ -175,10 +178,14 @@ class PlanningTask:
         if known.field_enu_nT is None:
             do = "give --field-enu-nT E,N,U"
             raise InputError("the field's direction is not known", where="--after", do=do)
-        field = {"field": {"enu_nT": known.field_enu_nT.tolist()}}
         known = replace(known, gyro_std_rad_s=self.known.gyro_std_rad_s)
         information = Bound.of(known, self.knowledge).information.matrix
-        return replace(self, base=_validated(as_dict(self.base) | field), known=known, before=information)
+        return replace(self, base=in_field(self.base, known.field_enu_nT.tolist()), known=known, before=information)
+
+
+def in_field(scenario: Scenario, field_enu_nT: Sequence[float]) -> Scenario:
+    """Return the scenario in another field (3,): east, north, up."""
+    return _validated(as_dict(scenario) | {"field": {"enu_nT": list(field_enu_nT)}})
 
 
 def _heading_deg(base: Scenario) -> float:

@@ -16,8 +16,10 @@ from sim.scenario import load
 from validation.bound.bound import Bound
 from validation.bound.experiment import Experiment
 from validation.bound.files import recording_experiment, scenario_experiment
+from validation.planning import refinement
 from validation.planning.next_leg import LegSequence, next_legs
 from validation.planning.next_leg_summary import headline, rows
+from validation.planning.summary import times_s
 from validation.planning.task import PlanningTask
 
 
@@ -30,7 +32,7 @@ def spiral(tmp_path_factory: pytest.TempPathFactory) -> Experiment:
 
 @pytest.fixture(scope="module")
 def found(spiral: Experiment) -> LegSequence:
-    return next_legs(PlanningTask.of("auv", load("standard-full"), "vector", noise_std_nT=10.0).after(spiral), 400.0)
+    return next_legs(PlanningTask.of("auv", load("standard-full"), "vector", noise_std_nT=10.0).after(spiral), 130.0)
 
 
 def test_the_first_leg_halves_the_error(found: LegSequence, spiral: Experiment) -> None:
@@ -74,6 +76,42 @@ def test_after_a_good_recording_nothing_pays(tmp_path: Path) -> None:
     assert found.idle is not None
     assert "a further leg does not pay" in headline(found)
     assert write_plan(found, tmp_path / "out")["scenario"] is None
+
+
+@pytest.mark.parametrize(
+    ("steps_deg", "rounds", "most"),
+    [((20.0,), 1, 14.0), pytest.param(refinement.STEPS_DEG, refinement.MOST_ROUNDS, 11.0, marks=pytest.mark.slow)],
+    ids=["a round", "all rounds"],
+)
+def test_a_leg_is_searched_as_a_plan_is(
+    steps_deg: tuple[float, ...], rounds: int, most: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By the strength alone, after ten minutes of level circles: as good as the same minutes planned from the start.
+
+    Four minutes planned without the recording end at 11.0 nT when their information is added.
+    """
+    monkeypatch.setattr(refinement, "STEPS_DEG", steps_deg)
+    monkeypatch.setattr(refinement, "MOST_ROUNDS", rounds)
+    generate(load("auv-spiral", ["phases.0.duration_s=600"]), tmp_path, runs=1, jobs=1)
+    known = recording_experiment(tmp_path, noise_std_nT=10.0)
+    asked = PlanningTask.of("auv", load("standard-full"), noise_std_nT=10.0).after(known)
+    found = next_legs(asked, 240.0)
+    assert found.least is not None
+    assert found.error is not None
+    assert found.least.value < found.error < most
+    times = [length for leg in found.legs for _, length in times_s(leg.choice)]
+    assert sum(length < 0.1 for length in times) < len(times) / 2
+
+
+def test_a_leg_is_beaten_by_what_gains_faster(found: LegSequence) -> None:
+    first = found.legs[0]
+    length = first.choice.phase.duration_s
+    assert first.beats(first.after * 1.01, length)
+    assert not first.beats(first.after * 0.99, length)
+    assert not first.beats(first.after, length * 0.99)
+    unknown = replace(first, before=np.inf)
+    assert unknown.beats(first.after * 1.01, 1.0)
+    assert not unknown.beats(first.after * 0.99, 1000.0)
 
 
 def test_a_recording_whose_field_has_no_direction_is_refused(spiral: Experiment) -> None:

@@ -6,12 +6,15 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+import magbench
 from reports.outputs.plan import write_plan
 from reports.pages.plan import plan_page
 from scenarios.errors import InputError
-from sim.scenario import load
+from scenarios.toml import as_dict
+from sim.scenario import Scenario, load
 from tests.reports.page import figures
 from validation.bound.goal import GOALS, parsed_target
 from validation.bound.limit import Tilts
@@ -21,7 +24,8 @@ from validation.planning import refinement
 from validation.planning.manoeuvre import Leg
 from validation.planning.plan import Plan, planned
 from validation.planning.refinement import refined
-from validation.planning.summary import attitude, headline, limits
+from validation.planning.search import merged
+from validation.planning.summary import attitude, headline, limits, summary
 from validation.planning.task import HAND, PlanningTask
 
 MOST_RATIO = 1.2
@@ -183,6 +187,36 @@ def test_by_hand_in_few_attitudes_that_a_person_can_show() -> None:
     assert all(angle % 45 == 0 for leg in found.choice.legs for angle in leg.angles_deg)
     assert all(leg.amount >= 3.0 - 1e-6 for leg in found.choice.legs)
     assert found.scenario.name == "plan-hand"
+
+
+def test_the_noise_is_the_scenario_s_as_stated() -> None:
+    """White noise of 3, 4 and 5 nT is 4.08 rms; where only flicker noise is stated, the noise is measured."""
+    stated = load("standard-full", ["effects.white_noise.std_nT=[3, 4, 5]"])
+    assert PlanningTask.of("auv", stated).known.noise_std_nT == pytest.approx((50 / 3) ** 0.5, rel=1e-12)
+    assert PlanningTask.of("auv", stated, noise_std_nT=7.0).known.noise_std_nT == 7.0
+    gone = Scenario.model_validate(
+        as_dict(load("standard-full")) | {"effects": {"flicker_noise": {"density_nT_sqrt_hz": [9.0, 9.0, 9.0]}}}
+    )
+    assert PlanningTask.of("turntable", gone).known.noise_std_nT > 0
+
+
+def test_attitudes_one_after_the_other_are_one_leg() -> None:
+    """The second of two equal ones, and one whose yaw differs by a turn, would only cost turning time."""
+    angles = np.array([[0.0, 10.0, 5.0], [360.0, 10.0, 5.0], [90.0, 0.0, 0.0], [90.0, 0.0, 0.0], [0.0, 10.0, 5.0]])
+    np.testing.assert_array_equal(merged(angles), angles[[0, 2, 4]])
+
+
+def test_a_stated_field_is_planned_for_and_said() -> None:
+    found = magbench.plan("hand", 60.0, field_enu_nT=(0.0, 20_000.0, -40_000.0))
+    assert found.scenario.field.enu_nT == (0.0, 20_000.0, -40_000.0)
+    assert "0, 20000, -40000 nT east, north, up (44721 nT), pointing down" in repr(found)
+    assert summary(found, "")["field_enu_nT"] == [0.0, 20_000.0, -40_000.0]
+    with pytest.raises(InputError, match="field_enu_nT"):
+        magbench.plan("hand", 60.0, field_enu_nT=(0.0, 1e300, 0.0))
+
+
+def test_a_plan_says_where_the_standard_field_points(auv: Plan) -> None:
+    assert "16776, 3185, 32731 nT east, north, up (36917 nT), pointing up" in headline(auv)
 
 
 def test_targets_by_name() -> None:
