@@ -45,7 +45,8 @@ def field_factor(recording: Recording, reference: Reference, *, vector: bool, on
     """Factor k that brings the measurements to the size of the field; 1 for measurements of that size (NANOTESLA).
 
     Size: the rms deviation of the field where its vector is known, the rms length of a turn about one axis, which has
-    no offset, and else the radius of the sphere through the measurements.
+    no offset, and else the radius of the sphere through the measurements, or their rms length where that is the
+    field's: of a motion that is hardly a turn the radius is arbitrary.
     """
     if vector:
         assert recording.att_q is not None
@@ -53,9 +54,14 @@ def field_factor(recording: Recording, reference: Reference, *, vector: bool, on
         size = _deviation(recording.mag_nT) / max(_deviation(field_nT), ROUNDING * reference.strength_nT)
     else:
         points = recording.mag_nT[:: max(1, len(recording) // MOST_POINTS)]
-        radius = float(np.sqrt(np.mean(np.sum(points**2, axis=1)))) if one_axis else sphere_radius(points)
-        size = radius / reference.strength_nT
-    return 1.0 if NANOTESLA[0] <= size <= NANOTESLA[1] else 1.0 / size
+        size = float(np.sqrt(np.mean(np.sum(points**2, axis=1)))) / reference.strength_nT
+        if not one_axis and not _of_field(size):
+            size = sphere_radius(points) / reference.strength_nT
+    return 1.0 if _of_field(size) else 1.0 / size
+
+
+def _of_field(size: float) -> bool:
+    return NANOTESLA[0] <= size <= NANOTESLA[1]
 
 
 def _deviation(points: Array) -> float:

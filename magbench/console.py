@@ -40,7 +40,7 @@ LINES_A_ROW = 4
 """Lines that a row of a table takes on average at most; a longer table becomes a list."""
 PLAIN_INTERVAL_S = 10.0
 """Time between progress lines where there is no terminal."""
-messages = Console(stderr=True, soft_wrap=True, highlight=False)
+messages = Console(stderr=True, soft_wrap=True, highlight=False, emoji=False)
 
 
 def say(text: str) -> None:
@@ -127,7 +127,7 @@ def _readable(lines: Sequence[str], cells: Sequence[str], rows: int) -> bool:
 
 def _results() -> Console:
     """The console of standard output, as wide as the terminal or COLUMNS says, else FILE_WIDTH."""
-    return Console(width=None if _width_known() else FILE_WIDTH, highlight=False, markup=False)
+    return Console(width=None if _width_known() else FILE_WIDTH, highlight=False, markup=False, emoji=False)
 
 
 def _width_known() -> bool:

@@ -51,6 +51,11 @@ def test_lines_of_a_pipe_without_a_width_stay_whole(
     assert len(capsys.readouterr().out.splitlines()) == 1
 
 
+def test_a_name_between_colons_is_no_picture(capsys: pytest.CaptureFixture[str]) -> None:
+    show_text("motor_ellipsoid:battery: ok")
+    assert capsys.readouterr().out.strip() == "motor_ellipsoid:battery: ok"
+
+
 def test_points_hang_below_their_text(capsys: pytest.CaptureFixture[str]) -> None:
     show_points([("!", "word " * 30)])
     first, second, *_ = capsys.readouterr().out.splitlines()

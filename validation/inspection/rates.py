@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from recordings.channels import current_name, motors_of
-from recordings.columns import ACCEL, ATTITUDE, GYRO, POSITION, mag_names
+from recordings.columns import ACCEL, ATTITUDE, GYRO, POSITION, group_of, mag_names
 from scenarios.arrays import Array
 from validation.inspection.finding import Finding
 from validation.inspection.log import RawLog
@@ -18,14 +20,18 @@ SECTION = "time"
 
 
 def rate_findings(log: RawLog) -> list[Finding]:
-    """Return a finding for each slower column, and a list of columns that are new in every row."""
+    """Return a finding for each slower column, and a list of columns that are new in every row.
+
+    A channel, which no calibration needs, gives no note.
+    """
     new, found = [], []
     for name, columns in _groups(log).items():
         finding = _rate(name, columns, log.columns["time_s"])
         if finding is None:
             new.append(name)
         else:
-            found.append(finding)
+            channel = name in log.columns and group_of(name) == "channel"
+            found.append(replace(finding, level="ok") if channel and finding.level == "note" else finding)
     if new:
         found.insert(0, Finding(SECTION, "full_rate", new, "", f"New in every row: {', '.join(new)}."))
     return found

@@ -15,6 +15,8 @@ from validation.signals.lattice import odd_share
 from validation.text import counted, duration, figure, figures, sentence
 
 SECTION = "values"
+MOST_COLUMNS = 4
+"""Columns with empty cells that a sentence names."""
 MOST_LISTED = 20
 """Frozen stretches that are listed."""
 
@@ -25,7 +27,8 @@ def missing_finding(log: RawLog) -> Finding:
     counts = {name: count for name, count in counts.items() if count}
     if not counts:
         return Finding(SECTION, "missing", {}, "cells", "No cell is empty.")
-    listed = ", ".join(f"{name} {count}" for name, count in counts.items())
+    most = [f"{name} {count}" for name, count in counts.items()][:MOST_COLUMNS]
+    listed = ", ".join(most) + (f" and in {len(counts) - len(most)} more columns" if len(counts) > len(most) else "")
     needed = any(name == "time_s" or name.startswith("mag") for name in counts)
     text = f"Empty or infinite cells: {listed}."
     return Finding(SECTION, "missing", counts, "cells", text, "warning" if needed else "note")
