@@ -66,7 +66,9 @@ class Question:
         stated = self.field_enu_nT is not None or self.strength_nT is not None
         if not needs_field(recording, self.model_for(source), stated=stated):
             return None, None
-        known = source.reference(*told_field(self.strength_nT, self.field_enu_nT, recording.origin), BY_MODEL)
+        known = source.reference(
+            *told_field(self.strength_nT, self.field_enu_nT, recording.origin, recording.mag_nT), BY_MODEL
+        )
         return None if known.field_enu_nT is None else np.array(known.field_enu_nT), known.strength_nT
 
     def posed(self, source: Source, recording: Recording, known: Field) -> LinearProblem:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from calib.reference import Reference
-    from recordings import Origin, Recording
+    from recordings import Recording
     from recordings.memory import Frame
     from recordings.reading import Reading
     from sim.scenario import Scenario
@@ -109,16 +109,17 @@ def reference_from(
     field_strength_nT: float | None,
     field_enu_nT: Sequence[float] | None,
     reading: Reading | None = None,
-    origin: Origin | None = None,
+    recording: Recording | None = None,
 ) -> Reference:
     """The stated reference, that of place and date, else a simulated run's own; InputError for none.
 
-    origin : of a recording that was read, which may tell place and date.
+    recording : as it was read; it may tell place and date, or the calibration in force.
     """
     from recordings.manifest import file_of
     from validation.calibrating.reference import reference_of, stated_reference, told_field
 
-    strength, vector = told_field(*stated_field(field_strength_nT, field_enu_nT, reading), origin)
+    stated = stated_field(field_strength_nT, field_enu_nT, reading)
+    strength, vector = stated if recording is None else told_field(*stated, recording.origin, recording.mag_nT)
     if isinstance(data, str | PathLike):
         return reference_of(file_of(path_of(data), run), strength, vector)
     return stated_reference("reference", strength, vector)
@@ -133,7 +134,7 @@ def recording_and_reference(
 ) -> tuple[Recording, Reference]:
     """The recording, and the reference of a stated strength and vector; see `reference_from`."""
     recording = recording_from(data, time_s=time_s, reading=reading, run=run)
-    return recording, reference_from(data, run, *field, reading, recording.origin)
+    return recording, reference_from(data, run, *field, reading, recording)
 
 
 def stated_field(

@@ -98,7 +98,7 @@ def _field(
     if recording.origin.unit != "nT":
         return None
     try:
-        return reference_from(data, run, strength_nT, enu_nT, reading, recording.origin)
+        return reference_from(data, run, strength_nT, enu_nT, reading, recording)
     except InputError:
         if strength_nT is not None or enu_nT is not None:
             raise

@@ -59,7 +59,7 @@ def _field(
     if recording.origin.unit != "nT":
         return None
     try:
-        return source.reference(*told_field(strength_nT, vector_nT, recording.origin), "")
+        return source.reference(*told_field(strength_nT, vector_nT, recording.origin, recording.mag_nT), "")
     except InputError:
         if strength_nT is not None or vector_nT is not None:
             raise

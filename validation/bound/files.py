@@ -97,7 +97,7 @@ def recording_experiment(
     """Return the experiment of a measured file, see `experiment_of`; InputError for unusable files and references."""
     file = file_of(path, run)
     recording = read_recording(file, reading=reading)
-    reference = reference_of(file, *told_field(strength_nT, enu, recording.origin))
+    reference = reference_of(file, *told_field(strength_nT, enu, recording.origin, recording.mag_nT))
     return experiment_of(recording, reference, noise_std_nT, str(file))
 
 

@@ -11,13 +11,17 @@ import numpy as np
 
 from calib import Reference
 from recordings import Recording, read_recording
+from recordings.applied import AppliedCalibration
 from recordings.checks import FIELD_RANGE_NT
 from recordings.manifest import file_of
 from recordings.reader import parameters_of
-from recordings.reading import Reading
+from recordings.reading import Reading, report
 from recordings.recording import Origin
 from recordings.units import likely_unit
+from scenarios.arrays import Array
 from scenarios.errors import InputError, errors_relocated
+from validation.policy import POLICY
+from validation.text import figure
 
 
 def recording_and_reference(
@@ -34,7 +38,7 @@ def recording_and_reference(
     """
     file = file_of(path, run)
     recording = read_recording(file, reading=reading)
-    return recording, reference_of(file, *told_field(strength_nT, enu, recording.origin))
+    return recording, reference_of(file, *told_field(strength_nT, enu, recording.origin, recording.mag_nT))
 
 
 def reference_of(file: Path, strength_nT: float | None, enu: Sequence[float] | None, otherwise: str = "") -> Reference:
@@ -70,17 +74,37 @@ def field_at(place: Sequence[float] | None, date: datetime.date | None) -> list[
 
 
 def told_field(
-    strength_nT: float | None, enu: Sequence[float] | None, origin: Origin | None
+    strength_nT: float | None, enu: Sequence[float] | None, origin: Origin | None, mag_nT: Array | None = None
 ) -> tuple[float | None, Sequence[float] | None]:
     """Return the stated strength and vector, else the world model's vector at the place and date of a log.
 
+    mag_nT : the log's field (n, 3); without a place, the strength is the median with the calibration in force.
     Raises InputError for a log that tells its place without a date.
     """
-    if strength_nT is not None or enu is not None or origin is None or origin.place is None:
+    if strength_nT is not None or enu is not None or origin is None:
         return strength_nT, enu
+    if origin.place is None:
+        return None if mag_nT is None else strength_in_force(origin.applied, mag_nT), None
     if origin.date is None:
         raise InputError("tells its place and no date", where="the log", do="give --date YYYY-MM-DD")
     return None, field_at(origin.place, origin.date)
+
+
+def strength_in_force(applied: AppliedCalibration | None, mag_nT: Array) -> float | None:
+    """Return the median strength (n, 3), nT, with the calibration that the autopilot had in force, and tell it.
+
+    None where no calibration was in force, or where the strength is none of the Earth's field.
+    """
+    if applied is None or not (np.any(applied.offset_nT) or np.any(applied.matrix != np.eye(3))):
+        return None
+    corrected = (mag_nT - applied.offset_nT) @ np.asarray(applied.matrix).T
+    strength_nT = float(np.nanmedian(np.linalg.norm(corrected, axis=1)))
+    low, high = POLICY.earth_nT
+    if not low <= strength_nT <= high:
+        return None
+    how = "the median with the calibration in force, as the log tells no place"
+    report(f"field strength taken as {figure(strength_nT)} nT: {how} (--field-strength-nT states it)")
+    return strength_nT
 
 
 def stated_reference(
