@@ -73,6 +73,7 @@ TIMES = [
     "us",
     "datetime",
     "date_time",
+    "datenum",
     "utc",
     "epoch",
     "clock",

@@ -149,7 +149,11 @@ def _vector(kind: str, names: Sequence[str]) -> Mapping[str, str]:
 
 
 def _unnamed(names: Sequence[str]) -> dict[str, str]:
-    """Return two or three columns without names as x, y and z where there are no others."""
+    """Return two or three columns without names, or the only vector, as x, y and z where there are no others."""
+    parts = [ColumnName(name).component("xyz") for name in names]
+    rests = {part[1] for part in parts if part is not None}
+    if None not in parts and len(parts) == 3 and len(rests) == 1 and not next(iter(rests)) & {*WORDS, *NO_MEASUREMENT}:
+        return {part[0]: name for part, name in zip(parts, names, strict=True) if part is not None}
     bare = [name for name in names if _BARE.fullmatch(name)]
     return dict(zip("xyz", bare, strict=False)) if len(bare) == len(names) in (2, 3) else {}
 

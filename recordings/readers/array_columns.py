@@ -17,6 +17,8 @@ from scenarios.errors import InputError
 Arrays = Mapping[str, NDArray[Any]]
 PARTS = {3: "xyz", 4: "wxyz"}
 """Names of the columns of an array, by their number."""
+TIMED = ("time", "x", "y", "z")
+"""Of four columns whose first rises throughout, as no component of a quaternion does."""
 MOST_COLUMNS = 30
 """An array with more columns is no set of vectors, but a picture or a spectrum."""
 LEAST_ROWS = 5
@@ -26,7 +28,7 @@ LEAST_ROWS = 5
 def columns_of(name: str, values: NDArray[Any]) -> dict[str, NDArray[Any]]:
     """Return an array (n,), (n, k) or (k, n) as columns of n numbers; empty for parameters, words and higher shapes.
 
-    Three columns are `name_x`, `name_y`, `name_z`; four are w, x, y, z; others are numbered from 1.
+    Three columns are `name_x`, `name_y`, `name_z`; four are w, x, y, z, or time, x, y, z; others are numbered from 1.
     """
     if values.dtype.kind not in "fiub" or max(values.shape, default=0) < LEAST_ROWS:
         return {}
@@ -37,6 +39,8 @@ def columns_of(name: str, values: NDArray[Any]) -> dict[str, NDArray[Any]]:
         return {}
     block = flat if flat.shape[0] >= flat.shape[1] else flat.T
     parts = PARTS.get(block.shape[1], range(1, block.shape[1] + 1))
+    if block.shape[1] == len(TIMED) and np.all(np.diff(block[:, 0]) > 0):
+        parts = TIMED
     return {f"{name}_{part}": column for part, column in zip(parts, block.T, strict=True)}
 
 

@@ -13,6 +13,7 @@ from recordings.channels import SCALAR
 from recordings.columns import mag_names
 from recordings.decode import NotNumbersError, numbers_of
 from recordings.readers.base import FileContents, FileFormat, Wanted
+from recordings.readers.navigation import median_place
 from recordings.readers.text.cells import typed
 from recordings.readers.text.dialect import BLANKS, Dialect
 from recordings.readers.text.encoding import text_of
@@ -25,6 +26,11 @@ MARK = b"IAGA-2002"
 MISSING = 88_888.0
 """88888.00 marks an element that is not measured, 99999.00 a missing value; no element is larger."""
 _RECORDS = re.compile(rb"\nDATE +TIME +DOY ([^\r\n]*)\r?\n")
+_PLACE = {
+    "latitude": re.compile(rb"Geodetic Latitude\s+([-+]?\d+\.?\d*)"),
+    "longitude": re.compile(rb"Geodetic Longitude\s+([-+]?\d+\.?\d*)"),
+    "elevation": re.compile(rb"Elevation\s+([-+]?\d+\.?\d*)"),
+}
 _MINUTES = np.pi / 180 / 60
 NO_BODY_FRAME = "X north, Y east and Z down of the observatory are mag_x, mag_y and mag_z: they are no body frame"
 
@@ -47,8 +53,21 @@ def _read(path: Path, wanted: Wanted, stream: str | None) -> FileContents:
     cells = typed({name: table.column(k).combine_chunks() for k, name in enumerate(names) if name != "DOY"}, ".")
     found, gaps = _values(path, {name: column.filter(pa.array(~cells.wrong)) for name, column in cells.columns.items()})
     told = {"without a value": gaps, "of another form": int(np.sum(cells.wrong)) + len(skipped.numbers)}
-    lines = [f"{count} {'record' if count == 1 else 'records'} {which}" for which, count in told.items() if count]
-    return FileContents({"": found}, (*text.notes, NO_BODY_FRAME, *(f"{line} left out" for line in lines)))
+    notes = (*text.notes, NO_BODY_FRAME, *_losses(told))
+    return FileContents({"": found}, notes, place=_place(bytes(text.data[: records.start()])))
+
+
+def _losses(counts: Mapping[str, int]) -> list[str]:
+    """Return a line for each kind of records that were left out."""
+    told = [(which, count, "record" if count == 1 else "records") for which, count in counts.items() if count]
+    return [f"{count} {records} {which} left out" for which, count, records in told]
+
+
+def _place(header: bytes) -> tuple[float, ...] | None:
+    """Return latitude, longitude and elevation of the observatory; None where the header does not tell them."""
+    told = [_PLACE[name].search(header) for name in ("latitude", "longitude", "elevation")]
+    latitude, longitude, height = (float(one[1]) if one else np.nan for one in told)
+    return median_place(np.array([latitude]), np.array([longitude]), float(np.nan_to_num(height)))
 
 
 def _values(path: Path, columns: Mapping[str, pa.Array]) -> tuple[pa.Table, int]:

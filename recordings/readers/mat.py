@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from recordings.column_words import TIMES, ColumnName
 from recordings.files import system_errors_about
 from recordings.readers.array_columns import chosen_rows, columns_of, table_of
 from recordings.readers.base import FileContents, FileFormat, Wanted, library, stripped_names
@@ -30,6 +31,8 @@ ENDIAN = (b"\x00\x01IM", b"\x01\x00MI")
 TEXTS = (b"char", b"cell", b"string")
 """Classes of v7.3 whose numbers are letters or references."""
 V4_HEADER = 20
+DAY_1970, DAYS, MOST_DAYS = 719_529.0, (693_962.0, 767_010.0), 1000.0
+"""Days of MATLAB's calendar: 1 January 1970, those of 1900 to 2100, and the most that a log lasts."""
 _FORM = "MATLAB data"
 
 
@@ -62,12 +65,22 @@ def _read(path: Path, wanted: Wanted, stream: str | None) -> FileContents:
     rows = chosen_rows(columns)
     if not rows:
         raise InputError("holds no array of numbers", where=str(path), do="save the measured arrays with it")
-    kept = {name: values for name, values in columns.items() if len(values) == rows}
+    kept = {name: _seconds(name, values) for name, values in columns.items() if len(values) == rows}
     stripped_names(path, list(kept))
     check_values(path, rows * len(kept))
     others = len(columns) - len(kept)
     notes = (f"{others} arrays of other lengths than the magnetometer's {rows} rows left out",) if others else ()
     return FileContents({"": table_of(kept)}, notes)
+
+
+def _seconds(name: str, values: NDArray[Any]) -> NDArray[Any]:
+    """Return times in days of MATLAB's calendar, as `datenum` gives them, in seconds since 1970; others as they are."""
+    words = ColumnName(name.rpartition(".")[2]).words
+    days = values.astype(np.float64)
+    known = days[np.isfinite(days)]
+    if not set(words) & {*TIMES, "datenum"} or not len(known) or not DAYS[0] < known.min() <= known.max() < DAYS[1]:
+        return values
+    return (days - DAY_1970) * 86_400.0 if known[-1] - known[0] < MOST_DAYS else values
 
 
 def _columns(path: Path) -> dict[str, NDArray[Any]]:

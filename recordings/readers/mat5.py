@@ -23,8 +23,10 @@ TYPES = {
 }
 """numpy's types by the number of an element's type."""
 MATRIX, COMPRESSED = 14, 15
-STRUCT, NUMERIC = 2, range(6, 16)
-"""Classes of a matrix: a struct; double, single and whole numbers."""
+CELL, STRUCT, NUMERIC = 1, 2, range(6, 16)
+"""Classes of a matrix: cells, a struct; double, single and whole numbers."""
+MOST_WIDE = 30
+"""Numbers of a member of an array of structs that becomes a row."""
 COMPLEX = 0x800
 MOST_FIELDS = 10_000
 MOST_ELEMENTS = 300_000
@@ -88,7 +90,8 @@ class Element:
 def arrays_of(data: bytes, most: int) -> Found:
     """Return the arrays of numbers of a file by their names, fields of structs behind dots.
 
-    Cells, arrays of structs, sparse and complex matrices, words and objects are left out.
+    The fields of an array of structs become a row a struct, cells of single numbers a matrix; other cells are numbered.
+    Sparse and complex matrices, words and objects are left out.
     Raises DamagedMatError for what contradicts itself, and for more than `most` bytes, decompressed.
     """
     order = "<" if data[126:128] == b"IM" else ">"
@@ -124,7 +127,7 @@ def inflated(data: bytes, most: int, size: int = 0) -> bytes:
 
 def _matrix(name: str, element: Element, depth: int) -> Found:
     """Return the arrays in a matrix: itself, or the fields of a struct. `name` is that of the struct around."""
-    parts = list(islice(element.parts(), 4 + MOST_FIELDS)) if element.kind == MATRIX else []
+    parts = list(islice(element.parts(), 4 + MOST_ELEMENTS)) if element.kind == MATRIX else []
     if len(parts) < 4 or depth > MOST_DEPTH:
         return {}
     flags, shape = int(parts[0].numbers()[:1].sum()), tuple(parts[1].numbers().tolist())
@@ -134,10 +137,12 @@ def _matrix(name: str, element: Element, depth: int) -> Found:
 
 
 def _content(name: str, flags: int, shape: tuple[int, ...], parts: list[Element], depth: int) -> Found:
-    """Return a matrix of numbers in its shape, or the fields of a single struct."""
+    """Return a matrix of numbers in its shape, the fields of structs, or what cells hold."""
     values = int(np.prod(shape, dtype=np.float64))
-    if flags & 0xFF == STRUCT and values == 1 and len(parts) > 1:
-        return _fields(name, parts, depth)
+    if flags & 0xFF == STRUCT and len(parts) > 1:
+        return _fields(name, parts, values, depth)
+    if flags & 0xFF == CELL and 0 < values <= len(parts):
+        return _cells(name, parts[:values], shape, depth)
     if flags & 0xFF not in NUMERIC or flags & COMPLEX:
         return {}
     numbers = parts[0].numbers()
@@ -146,14 +151,36 @@ def _content(name: str, flags: int, shape: tuple[int, ...], parts: list[Element]
     return {name: numbers.reshape(shape, order="F")}
 
 
-def _fields(name: str, parts: list[Element], depth: int) -> Found:
-    """Return the fields of a struct: the length of a field's name, the names, then a matrix a field."""
+def _fields(name: str, parts: list[Element], structs: int, depth: int) -> Found:
+    """Return the fields of structs: the length of a field's name, the names, then a matrix a field of each struct."""
     length = int(parts[0].numbers()[:1].sum())
     text = parts[1].data.tobytes()
     if not 0 < length <= len(text) or len(text) // length > MOST_FIELDS:
         return {}
     names = [text[k : k + length].split(b"\0")[0].decode("latin-1") for k in range(0, len(text), length)]
     found: Found = {}
-    for key, part in zip(names, parts[2:], strict=False):
-        found |= _matrix(f"{name}.{key}", part, depth + 1)
+    for k, key in enumerate(names):
+        members = parts[2 + k :: len(names)][:structs]
+        new = _matrix(f"{name}.{key}", members[0], depth + 1) if structs == 1 and members else {}
+        found |= new if structs == 1 else _stacked(f"{name}.{key}", members, depth)
+    return found
+
+
+def _stacked(name: str, members: list[Element], depth: int) -> Found:
+    """Return matrices of one size as rows (n, k) of one array; nothing where one is no small matrix of numbers."""
+    rows = [_matrix("", one, depth + 1).get("", np.array([])).ravel() for one in members]
+    width = len(rows[0]) if rows else 0
+    if not 0 < width <= MOST_WIDE or any(len(row) != width for row in rows):
+        return {}
+    return {name: np.array(rows, np.float64).reshape(len(rows), -1).squeeze(axis=-1 if width == 1 else ())}
+
+
+def _cells(name: str, parts: list[Element], shape: tuple[int, ...], depth: int) -> Found:
+    """Return cells of single numbers as a matrix, others as `name_1` and so on."""
+    single = _stacked(name, parts, depth)
+    if single and single[name].ndim == 1:
+        return {name: single[name].reshape(shape, order="F")}
+    found: Found = {}
+    for k, one in enumerate(parts[:MOST_FIELDS], 1):
+        found |= _matrix(f"{name}_{k}", one, depth + 1)
     return found

@@ -35,7 +35,11 @@ CF_UNITS = {
     "counts": "count",
 }
 """Units as [CF] writes them, in lower case, and as a recording's."""
-PLACES = {LATITUDE: ("latitude", "lat"), LONGITUDE: ("longitude", "lon"), HEIGHT: ("depth", "glider_depth")}
+PLACES = {
+    LATITUDE: ("latitude", "lat", "m_gps_lat", "m_lat"),
+    LONGITUDE: ("longitude", "lon", "m_gps_lon", "m_lon"),
+    HEIGHT: ("depth", "glider_depth", "m_depth"),
+}
 """Channels by the names that OG1 and CF give them, in lower case; the height is minus the depth."""
 Columns = dict[str, NDArray[np.float64]]
 
@@ -54,7 +58,7 @@ def _read(path: Path, wanted: Wanted, stream: str | None) -> FileContents:
 def _table(path: Path, file: NetcdfFile, wanted: Wanted) -> FileContents:
     """Return the variables along the magnetometer's dimension, under the file's names or their long names."""
     dimension = _magnetometer_dimension(path, file)
-    along = {name: one for name, one in file.variables.items() if dimension in one.dimensions[:1]}
+    along = {name: one for name, one in file.variables.items() if dimension == one.length}
     label = _labels(along)
     stripped_names(path, [label(name) for name in along])
     seconds = _clock(file, along)
@@ -69,14 +73,17 @@ def _table(path: Path, file: NetcdfFile, wanted: Wanted) -> FileContents:
     return FileContents(
         {"": table_of({name: values for name, values in columns.items() if wanted(name)}, units)},
         (f"{others} variables along other dimensions than {dimension} left out",) if others else (),
-        place=median_place(columns[LATITUDE], columns[LONGITUDE]) if {LATITUDE, LONGITUDE} <= columns.keys() else None,
+        place=_place(file, along, columns),
         date=None if seconds is None else middle_day(seconds),
     )
 
 
 def _clock(file: NetcdfFile, along: Mapping[str, NetcdfVariable]) -> NDArray[np.float64] | None:
-    """Return the first variable of times since a date, in seconds since 1970; None without any."""
-    clock = next((name for name, one in along.items() if one.since is not None and one.values.ndim == 1), None)
+    """Return the first variable of times since a date, else one as long in another group, in seconds since 1970."""
+    rows = max((max(one.values.shape, default=0) for one in along.values()), default=0)
+    others = {name: one for name, one in file.variables.items() if one.values.shape == (rows,)}
+    clocks = (name for name, one in {**along, **others}.items() if one.since is not None and one.values.ndim == 1)
+    clock = next(clocks, None)
     return file.seconds(clock) if clock else None
 
 
@@ -85,11 +92,11 @@ def _first(seconds: NDArray[np.float64]) -> float:
 
 
 def _magnetometer_dimension(path: Path, file: NetcdfFile) -> str:
-    """Return the first dimension of the magnetometer's variables; InputError where none is found."""
+    """Return the dimension of the magnetometer's samples; InputError where none is found."""
     by_dimension: dict[str, dict[str, NetcdfVariable]] = {}
     for name, one in file.variables.items():
-        for dimension in one.dimensions[:1]:
-            by_dimension.setdefault(dimension, {})[name] = one
+        if one.length:
+            by_dimension.setdefault(one.length, {})[name] = one
     for dimension, along in by_dimension.items():
         label = _labels(along)
         if has_magnetometer(name for key, one in along.items() for name in columns_of(label(key), one.values)):
@@ -108,6 +115,43 @@ def _labels(along: Mapping[str, NetcdfVariable]) -> Callable[[str], str]:
     return lambda name: long[name]
 
 
+def _place(file: NetcdfFile, along: Mapping[str, NetcdfVariable], columns: Columns) -> tuple[float, ...] | None:
+    """Return the median of the fixes, else the place of a station: single numbers, or the file's own bounds."""
+    if {LATITUDE, LONGITUDE} <= columns.keys():
+        heights = [one.values for name, one in along.items() if name.lower() in ("altitude", "alt", "elevation")]
+        known = heights[0][np.isfinite(heights[0])] if heights else np.array([])
+        return median_place(columns[LATITUDE], columns[LONGITUDE], float(np.median(known)) if len(known) else 0.0)
+    return _station(file)
+
+
+def _station(file: NetcdfFile) -> tuple[float, ...] | None:
+    """Return the place of single numbers, else the middle of the file's own bounds; None without either."""
+    single = {name.lower(): file.number(name) for name in file.variables}
+    for north, east in (("latitude", "longitude"), ("lat", "lon")):
+        told = single.get(north), single.get(east)
+        if told[0] is not None and told[1] is not None:
+            return median_place(np.array([told[0]]), np.array([told[1]]), single.get("altitude") or 0.0)
+    bounds = [[_bound(file, f"geospatial_{axis}_{end}") for end in ("min", "max")] for axis in ("lat", "lon")]
+    middle = np.mean(bounds, axis=1)
+    return median_place(middle[:1], middle[1:])
+
+
+def _bound(file: NetcdfFile, name: str) -> float:
+    """Return a global attribute of one number, NaN for another."""
+    try:
+        return float(np.ravel(file.attributes[name])[0])
+    except (KeyError, TypeError, ValueError, IndexError):
+        return np.nan
+
+
+def _degrees(one: NetcdfVariable) -> NDArray[np.float64]:
+    """Return angles in degrees; a Slocum glider writes 4721.5 for 47 degrees and 21.5 minutes, unit lat or lon."""
+    if one.units not in ("lat", "lon"):
+        return one.values
+    whole = np.trunc(one.values / 100)
+    return np.asarray(whole + (one.values - 100 * whole) / 60)
+
+
 def _places(along: Mapping[str, NetcdfVariable]) -> Columns:
     """Return latitude, longitude and height among the variables (n,)."""
     found: Columns = {}
@@ -115,7 +159,7 @@ def _places(along: Mapping[str, NetcdfVariable]) -> Columns:
         for name, one in along.items():
             told = one.text("standard_name").lower() or name.lower()
             if one.values.ndim == 1 and (told in names or name.lower() in names) and channel not in found:
-                found[channel] = -one.values if channel == HEIGHT else one.values
+                found[channel] = -one.values if channel == HEIGHT else _degrees(one)
     return found
 
 

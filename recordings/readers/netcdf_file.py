@@ -21,6 +21,8 @@ from scenarios.errors import InputError
 HDF_MARK = b"\x89HDF\r\n\x1a\n"
 CLASSIC_MARKS = (b"CDF\x01", b"CDF\x02")
 """The first bytes of netCDF-3, classic and with 64-bit offsets."""
+MOST_GROUPS = 3
+"""Groups within groups that are entered; their variables have dotted names."""
 FILLS = ("_FillValue", "missing_value")
 """Attributes that state the number for "no value"."""
 _FORM = "netCDF"
@@ -36,6 +38,12 @@ class NetcdfVariable:
     dimensions: tuple[str, ...]
     attributes: Mapping[str, Any]
     values: NDArray[Any]
+
+    @property
+    def length(self) -> str:
+        """The dimension of the samples: the longer one of two, else the first; "" for a single number."""
+        along = int(np.argmax(self.values.shape)) if self.values.ndim == 2 else 0
+        return self.dimensions[along] if self.dimensions else ""
 
     def text(self, name: str) -> str:
         """Return an attribute as text, empty where absent."""
@@ -97,7 +105,7 @@ def open_netcdf(path: Path, head: bytes) -> NetcdfFile:
 def _hdf(path: Path) -> NetcdfFile:
     h5py = library(path, "h5py", "netcdf")
     with library_errors_about(path, _FORM), h5py.File(path, "r") as file:
-        sets = {name: item for name, item in data_sets(h5py, file, 0, str(path)) if _is_numeric(item)}
+        sets = {name: item for name, item in data_sets(h5py, file, MOST_GROUPS, str(path)) if _is_numeric(item)}
         declared = sum(map(declared_bytes, sets.values()))
         check_values(path, declared // 8)
         check_expansion(path, declared)
@@ -117,7 +125,7 @@ def _dimensions(name: str, item: Any) -> tuple[str, ...]:
     """Return the dimensions: a coordinate's own name, else the scales' names, else the length."""
     if item.is_scale and len(item.shape) == 1:
         return (name,)
-    scales = [dimension[0].name.rsplit("/", 1)[-1] if len(dimension) else "" for dimension in item.dims]
+    scales = [dimension[0].name.strip("/").replace("/", ".") if len(dimension) else "" for dimension in item.dims]
     return tuple(scale or f"of {size}" for scale, size in zip(scales, item.shape, strict=True))
 
 
