@@ -132,8 +132,8 @@ class ColumnName:
     @cached_property
     def bracketed(self) -> str:
         """The text in brackets, without a leading "in"."""
-        found = re.search(r"[(\[]\s*(?:in\s+)?([^)\]]*?)\s*[)\]]", self.name)
-        return found[1].lower() if found else ""
+        found = re.findall(r"[(\[]\s*(?:in\s+)?([^)\]]*?)\s*[)\]]", self.name)
+        return next((text.lower() for text in found if not text.isdigit()), "")
 
     def unit(self, kind: str) -> str | None:
         """Return the unit in the name, in brackets or as the last words."""
@@ -145,8 +145,9 @@ class ColumnName:
 
     @property
     def indexed(self) -> str:
-        """The component x, y or z of a name that ends in [0], [1] or [2]; "" for another name."""
-        return {"[0]": "x", "[1]": "y", "[2]": "z"}.get(self.name.rstrip()[-3:], "")
+        """The component x, y or z of a name that ends in [0], [1] or [2], and a unit or none; "" for another name."""
+        found = re.search(r"\[([012])\]\s*(?:\([^)]*\))?\s*$", self.name)
+        return "xyz"[int(found[1])] if found else ""
 
     def component(self, of: str) -> tuple[str, frozenset[str]] | None:
         """Return the component of a vector's column and the other words; None for another column.

@@ -121,7 +121,7 @@ def _parts_of(value: float) -> tuple[float, float, float]:
 
 
 def _date_of_parts(whole: Mapping[str, pa.ChunkedArray]) -> datetime.date | None:
-    last = {ColumnName(name).words[-1]: name for name in reversed(whole) if ColumnName(name).words}
+    last = {ColumnName(name).words[-1]: name for name in reversed(list(whole)) if ColumnName(name).words}
     names = [last.get(word) for word in ("year", "month", "day")]
     return _calendar(*(_middle_value(whole[name]) if name else 0.0 for name in names))
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -38,7 +38,7 @@ def columns_of(name: str, values: NDArray[Any]) -> dict[str, NDArray[Any]]:
     if flat.ndim != 2 or min(flat.shape) > MOST_COLUMNS:
         return {}
     block = flat if flat.shape[0] >= flat.shape[1] else flat.T
-    parts = PARTS.get(block.shape[1], range(1, block.shape[1] + 1))
+    parts: Sequence[str | int] = PARTS.get(block.shape[1], range(1, block.shape[1] + 1))
     if block.shape[1] == len(TIMED) and np.all(np.diff(block[:, 0]) > 0):
         parts = TIMED
     return {f"{name}_{part}": column for part, column in zip(parts, block.T, strict=True)}

@@ -171,7 +171,8 @@ def _bag(path: Path, reader: Any, old: bool, needed: Callable[[str, str, Layout]
         store = _typestore(types, reader.connections, old)
         collected, unknown = _selected(reader.connections, store, needed)
     mounts = Mounts()
-    sinks = {**collected, **{one.id: mounts for one in reader.connections if one.msgtype in TRANSFORMS}}
+    sinks: dict[int, _Collected | Mounts] = dict(collected)
+    sinks |= {one.id: mounts for one in reader.connections if one.msgtype in TRANSFORMS}
     broken = _collect(path, reader, sinks, store.deserialize_ros1 if old else store.deserialize_cdr)
     topics = [_joined([one for one in collected.values() if one.name == name]) for name in _names(collected)]
     left = [f"topics of unknown types left out: {', '.join(unknown[:4])}"] if unknown else []

@@ -35,9 +35,9 @@ class ChosenLines:
         mask = pc.match_substring_regex(self.text, pattern)
         return ChosenLines(self.text.filter(mask), self.numbers[np.asarray(mask.to_numpy(zero_copy_only=False))])
 
-    def replaced(self, pattern: str, by: str) -> ChosenLines:
-        """Return the lines with the first match of a regular expression replaced."""
-        return ChosenLines(pc.replace_substring_regex(self.text, pattern, by, max_replacements=1), self.numbers)
+    def replaced(self, pattern: str, by: str, most: int | None = 1) -> ChosenLines:
+        """Return the lines with the first match of a regular expression replaced, or `most` of them; None for all."""
+        return ChosenLines(pc.replace_substring_regex(self.text, pattern, by, max_replacements=most), self.numbers)
 
     def joined(self, ended: bool) -> memoryview:
         """Return the lines as one text in UTF-8, the last with a line break if `ended`."""

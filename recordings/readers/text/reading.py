@@ -7,6 +7,7 @@ from pathlib import Path
 
 from recordings.readers.base import HEAD_BYTES, FileContents, Wanted, stripped_names
 from recordings.readers.text.body import TableBody
+from recordings.readers.text.brackets import unbracketed
 from recordings.readers.text.dialect import Dialect, dialect_of, named_delimiter
 from recordings.readers.text.encoding import EncodedText, decoded, is_text, text_of
 from recordings.readers.text.exports import as_exported
@@ -35,6 +36,7 @@ def read_decoded(path: Path, text: EncodedText, wanted: Wanted, stream: str | No
         raise InputError("is not a text table", where=str(path), do=CONVERT)
     quoted = b'"' in text.data
     text = unstamped(text, _lines(text)[:MOST_LINES], quoted)
+    text = unbracketed(text, _lines(text)[:MOST_LINES])
     lines = _lines(text)
     dialect = dialect_of(lines, quoted)
     forms = print_forms(lines[:MOST_LINES])
@@ -57,7 +59,7 @@ def is_table(head: bytes) -> bool:
     text = decoded(head)
     if not is_text(text.data):
         return False
-    lines = _lines(text)
+    lines = _lines(unbracketed(text, _lines(text)[:MOST_LINES]))
     if print_forms(lines[:MOST_LINES]):
         return True
     try:

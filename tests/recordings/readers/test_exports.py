@@ -100,3 +100,35 @@ def test_stamps_with_a_blank_between_tabs(tmp_path: Path) -> None:
     assert_the_same_field(found, OF, 0.1)
     np.testing.assert_allclose(found.time_s - found.time_s[0], OF.time_s, atol=1e-5)
     assert found.origin.date == start.date()
+
+
+PRINTS = {
+    "equals": "t={t:.3f} mag=[{m[0]:.4f}, {m[1]:.4f}, {m[2]:.4f}] acc=[{a[0]:.4f}, {a[1]:.4f}, {a[2]:.4f}]",
+    "json": '{{"t": {t:.3f}, "mag": [{m[0]:.4f}, {m[1]:.4f}, {m[2]:.4f}], '
+    '"acc": [{a[0]:.4f}, {a[1]:.4f}, {a[2]:.4f}]}}',
+    "units": "time: {t:.3f} Acc (m/s2) [ {a[0]:09.4f}, {a[1]:09.4f}, {a[2]:09.4f} ], "
+    "Mag (uT) [ {m[0]:09.4f}, {m[1]:09.4f}, {m[2]:09.4f} ], Tmp (C) [ 00025.10 ]",
+}
+"""Lines with vectors in brackets."""
+
+
+@pytest.mark.parametrize("form", PRINTS)
+def test_prints_of_vectors_in_brackets(form: str, tmp_path: Path) -> None:
+    rows = zip(OF.time_s, OF.mag_nT / 1e3, OF.accel_m_s2, strict=True)
+    lines = [PRINTS[form].format(t=t, m=m, a=a) for t, m, a in rows]
+    path = tmp_path / ("log.jsonl" if form == "json" else "log.txt")
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    found = read_recording(path)
+    assert found.accel_m_s2 is not None
+    assert_the_same_field(found, OF, 0.2)
+    np.testing.assert_allclose(found.time_s, OF.time_s, atol=1e-3)
+
+
+def test_a_blackbox_table_with_units_behind_the_index(tmp_path: Path) -> None:
+    names = [f"{kind}[{k}]{unit}" for kind, unit in (("gyroADC", " (deg/s)"), ("accSmooth", " (g)")) for k in range(3)]
+    columns = [OF.time_s * 1e6, np.degrees(OF.rate_rad_s), OF.accel_m_s2 / 9.80665, OF.mag_nT / 33]
+    names = ["time (us)", *names, *(f"magADC[{k}]" for k in range(3))]
+    found = read_recording(table(tmp_path / "log.csv", names, np.column_stack(columns)))
+    assert found.gyro_rad_s is not None
+    assert found.accel_m_s2 is not None
+    assert_the_same_field(found, OF, 0.1, 33.0)
