@@ -23,6 +23,7 @@ from magbench.api.bound import bound, what_if
 from magbench.api.calibrate import calibrate, register
 from magbench.api.compare import compare
 from magbench.api.cross_validate import worth
+from magbench.api.dataset import dataset
 from magbench.api.diagnose import diagnose
 from magbench.api.gate import gate, propose_gates, write_baseline
 from magbench.api.inspect import inspect
@@ -67,6 +68,7 @@ __all__ = [
     "calibrate",
     "catalogue",
     "compare",
+    "dataset",
     "diagnose",
     "gate",
     "generate",

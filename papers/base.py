@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal
 
@@ -11,13 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reports.plots.style import Figure
-from sim.pool import map_unordered
+from sim.pool import LocalTasks, Tasks
 
 Verdict = Literal["holds", "better", "does not hold", "not comparable"]
 Progress = Callable[[int, int], object]
 """Called with (pieces done, pieces in all)."""
 Work = Sequence[tuple[Callable[[Any], Any], Sequence[Any]]]
 """Module-level functions, each with a sequence of arguments."""
+_cluster: ContextVar[Tasks | None] = ContextVar("_cluster", default=None)
 
 
 @dataclass(frozen=True)
@@ -82,10 +85,21 @@ def run_tasks(work: Work, jobs: int, progress: Progress) -> tuple[list[Any], ...
     """Return each function's results over its items in order, for any number of processes."""
     calls = [(k, i, function, item) for k, (function, items) in enumerate(work) for i, item in enumerate(items)]
     results: tuple[list[Any], ...] = tuple([None] * len(items) for _, items in work)
-    for done, ((k, i, _, _), result) in enumerate(map_unordered(_called, calls, jobs), start=1):
+    found = (_cluster.get() or LocalTasks(jobs)).map(_called, calls)
+    for done, ((k, i, _, _), result) in enumerate(found, start=1):
         results[k][i] = result
         progress(done, len(calls))
     return results
+
+
+@contextmanager
+def computed_on(cluster: Tasks | None) -> Iterator[None]:
+    """Within, `run_tasks` computes on a cluster in place of this machine's processes; None changes nothing."""
+    token = _cluster.set(cluster)
+    try:
+        yield
+    finally:
+        _cluster.reset(token)
 
 
 def _called(call: tuple[int, int, Callable[[Any], Any], Any]) -> Any:

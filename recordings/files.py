@@ -9,8 +9,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
+from uuid import uuid4
 
 from recordings.locks import ON_WINDOWS, lock
+from recordings.url_path import Place
 from scenarios.errors import InputError
 from scenarios.plain import plain
 
@@ -18,16 +20,23 @@ PART = ".magbench-part"
 """The end of the name of a file that is being written."""
 NO_LINK = getattr(os, "O_NOFOLLOW", 0)
 """Refuses a symlink at the name of a file that is being written; Windows has no such flag."""
+READ_BYTES = 1 << 20
+"""Bytes of a file in memory at a time."""
 WAIT = "wait for it to end, or choose another output"
 
 
 @contextmanager
-def atomic_write(path: Path) -> Iterator[Path]:
+def atomic_write(path: Place, shared: bool = False) -> Iterator[Path]:
     """Yield the file to write; flushed to disk and renamed to `path` when the block succeeds, removed when it fails.
 
-    Raises InputError where the operating system refuses, and where another process writes the same file.
+    shared : whether several processes may write the same bytes to `path` at a time, each in a file of its own.
+    Raises InputError where the operating system refuses, and unless shared where another process writes the same file.
     """
-    part = path.with_name(path.name + PART)
+    if not isinstance(path, Path):
+        with system_errors_about(path), path.replaced(PART) as part:
+            yield part
+        return
+    part = path.with_name(f"{path.name}.{uuid4().hex}{PART}" if shared else path.name + PART)
     held = InputError("another magbench is writing this file", where=str(path), do=WAIT)
     with system_errors_about(path):
         descriptor = lock(part, os.O_RDWR | os.O_CREAT | NO_LINK, held)
@@ -48,7 +57,7 @@ def atomic_write(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def system_errors_about(
-    path: Path, do: str = "free some space, or choose a directory that can be written"
+    path: Place, do: str = "free some space, or choose a directory that can be written"
 ) -> Iterator[None]:
     """Turn errors of the operating system (disk full, no permission, no such file) into an InputError about `path`."""
     try:
@@ -59,12 +68,15 @@ def system_errors_about(
 
 
 @contextmanager
-def locked_directory(out: Path) -> Iterator[None]:
+def locked_directory(out: Place) -> Iterator[None]:
     """Make a directory and keep other magbench processes out; the lock ends with the process and leaves no file.
 
     A file system without locks goes without. A directory that was made here and stayed empty is removed again.
     Raises InputError where the directory cannot be made, and where another process holds the lock.
     """
+    if not isinstance(out, Path):
+        yield  # object stores have no locks, and a file there appears whole
+        return
     made = not out.exists()
     held = InputError("another magbench is writing here", where=str(out), do=WAIT)
     with system_errors_about(out, "choose another output directory"):
@@ -78,23 +90,26 @@ def locked_directory(out: Path) -> Iterator[None]:
         os.close(descriptor)
 
 
-def remove_leftovers(out: Path) -> None:
+def remove_leftovers(out: Place) -> None:
     """Remove the half-written files of killed processes from a directory; InputError where that is refused."""
     for leftover in out.glob(f"*{PART}"):
         with system_errors_about(leftover):
             leftover.unlink()
 
 
-def write_text(path: Path, text: str) -> None:
+def write_text(path: Place, text: str) -> None:
     """Write a text file whole or not at all."""
     with atomic_write(path) as part, system_errors_about(path):
         part.write_text(text, encoding="utf-8", newline="\n")
 
 
-def sha256_of(path: Path) -> str:
+def sha256_of(path: Place) -> str:
     """Return the SHA-256 of a file, hexadecimal."""
     with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
+        digest = hashlib.sha256()
+        while block := file.read(READ_BYTES):
+            digest.update(block)
+        return digest.hexdigest()
 
 
 def canonical_json(value: Any) -> str:

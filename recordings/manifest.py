@@ -4,23 +4,24 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
-from pydantic import ConfigDict, NonNegativeInt, TypeAdapter
+from pydantic import ConfigDict, NonNegativeInt, PositiveInt, TypeAdapter
 from pydantic.dataclasses import dataclass
 
 from recordings.columns import Column
+from recordings.layout import DATA, DatasetLayout
 from recordings.metadata import FORMAT, RunFile
 from recordings.readers import marked_file
 from recordings.split import PARTS, Split
+from recordings.url_path import Place
 from scenarios.errors import InputError
 from scenarios.files import parsed_json, read_text, validated
 from scenarios.plain import plain
 
 MANIFEST = "dataset.json"
-DATA = "data"
-"""Directory of a split dataset's files, and of nothing else, so that other readers can open the directory whole."""
 ELSEWHERE = "choose another output directory"
 
 
@@ -37,22 +38,30 @@ class Manifest:
     files: tuple[RunFile, ...]
     columns: tuple[Column, ...]
     split: Split | None = None
+    runs_per_file: PositiveInt = 1
+
+    @property
+    def layout(self) -> DatasetLayout:
+        """Where the runs lie."""
+        return DatasetLayout(self.split, self.runs_per_file)
 
     def to_json(self) -> str:
-        """Return the text of `dataset.json`, with `split` where the dataset is split."""
+        """Return the text of `dataset.json`; `split` and `runs_per_file` only where stated."""
         content = asdict(self)
         if self.split is None:
             del content["split"]
+        if self.runs_per_file == 1:
+            del content["runs_per_file"]
         return json.dumps(plain(content), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 
 _MANIFEST = TypeAdapter(Manifest)
 
 
-def read_manifest(out: Path) -> Manifest:
+def read_manifest(out: Place) -> Manifest:
     """Read `dataset.json` of a directory; InputError for a missing or damaged file, and for another version."""
     path = out / MANIFEST
-    text = read_text(path, "give a directory that `magbench simulate` wrote")
+    text = _text(path, "give a directory that `magbench simulate` wrote")
     where = f"{path}: is not a manifest of a dataset"
     head = parsed_json(text, where, ELSEWHERE)
     if isinstance(head, dict) and head.get("schema", FORMAT) != FORMAT:
@@ -60,14 +69,31 @@ def read_manifest(out: Path) -> Manifest:
     return validated(_MANIFEST, text, where, ELSEWHERE)
 
 
-def run_path(out: Path, run: int, split: Split | None = None) -> Path:
+def run_path(out: Path, run: int, split: Split | None = None, runs_per_file: int = 1) -> Path:
     """Return the file of a run in a dataset directory; in a split dataset, in the directory of the run's part."""
-    return out / _name(run) if split is None else out / DATA / split.part_of(run) / _name(run)
+    return out / DatasetLayout(split, runs_per_file).file_of(run).path
 
 
-def folders(out: Path) -> list[Path]:
+def folders(out: Place) -> list[Place]:
     """Return the existing directories in which a dataset, split or not, may have files."""
-    return [folder for folder in (out, *(out / DATA / part for part in PARTS)) if folder.is_dir()]
+    tops: list[Place] = [folder for folder in (out, *(out / DATA / part for part in PARTS)) if folder.is_dir()]
+    return [*tops, *chain.from_iterable(_shards(top) for top in tops)]
+
+
+def _shards(top: Place) -> list[Place]:
+    """Return the subfolders of a folder of more than FILES_PER_FOLDER files."""
+    inside: list[Place] = list(top.iterdir())
+    return sorted((path for path in inside if path.name.isdecimal() and path.is_dir()), key=str)
+
+
+def _text(path: Place, do: str) -> str:
+    """Return the text of a manifest; InputError for an unreadable one."""
+    if isinstance(path, Path):
+        return read_text(path, do)
+    try:
+        return path.read_text()
+    except (OSError, UnicodeDecodeError):
+        raise InputError("no such file", where=str(path), do=do) from None
 
 
 def file_of(path: Path, run: int) -> Path:
@@ -77,15 +103,15 @@ def file_of(path: Path, run: int) -> Path:
     """
     if not path.is_dir() or marked_file(path) != path:
         return path
-    files = [file for folder in folders(path) if (file := folder / _name(run)).exists()]
-    runs = read_manifest(path).runs
+    manifest = read_manifest(path)
+    runs = manifest.runs
     if not 0 <= run < runs:
         do = f"it has runs 0 to {runs - 1}" if runs > 1 else "it has run 0 alone" if runs else "it is empty"
         raise InputError(f"has no run {run}", where=str(path), do=do)
-    if not files:
+    file = path / manifest.layout.file_of(run).path
+    if not file.exists():
         raise InputError(f"run {run} is not there yet", where=str(path), do="repeat the `simulate` command: it resumes")
-    return files[0]
-
-
-def _name(run: int) -> str:
-    return f"run-{run:05d}.parquet"
+    if manifest.runs_per_file > 1:
+        do = "read it with magbench.dataset, or simulate without --runs-per-file"
+        raise InputError(f"run {run} shares the file {file.name} with others", where=str(path), do=do)
+    return file

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Annotated, Any
 
 import pyarrow.parquet as pq
@@ -13,9 +12,12 @@ from pydantic import BaseModel, Field, FiniteFloat, TypeAdapter
 
 from recordings.files import canonical_json, sha256_of, system_errors_about
 from recordings.readers import parquet_errors_about
+from recordings.url_path import Place, arrow_source
 from scenarios.files import validated
 
 METADATA_KEY = "magbench"
+RUNS_KEY = "magbench_runs"
+"""A list of `FileRun`, in a file of several runs."""
 TRACKING_KEY = "magbench_tracking"
 """A key of its own, since the tracking is known only when the run has ended, the rest before."""
 FORMAT = 1
@@ -59,7 +61,17 @@ class RunFile:
     tracking: Tracking | None = None
 
 
-_METADATA, _TRACKING = TypeAdapter(Metadata), TypeAdapter(Tracking)
+@dataclass(frozen=True)
+class FileRun:
+    """A run in a file of several: number, samples, true parameters and tracking error."""
+
+    run: int
+    rows: int
+    parameters: TrueParameters
+    tracking: Tracking | None = None
+
+
+_METADATA, _TRACKING, _RUNS = TypeAdapter(Metadata), TypeAdapter(Tracking), TypeAdapter(list[FileRun])
 
 
 def run_metadata(scenario: Mapping[str, Any], seed: int, run: int, parameters: Mapping[str, Any]) -> dict[str, Any]:
@@ -74,7 +86,7 @@ def run_metadata(scenario: Mapping[str, Any], seed: int, run: int, parameters: M
     }
 
 
-def read_metadata(path: Path) -> Metadata:
+def read_metadata(path: Place) -> Metadata:
     """Return the `magbench` metadata of a Parquet file, empty if missing; InputError for damaged metadata."""
     text = _texts(path).get(METADATA_KEY.encode())
     return (
@@ -82,16 +94,31 @@ def read_metadata(path: Path) -> Metadata:
     )
 
 
-def run_file(path: Path, run: int, out: Path | None = None) -> RunFile:
+def run_file(path: Place, run: int, out: Place | None = None) -> RunFile:
     """Describe the finished file of a run, with the path relative to `out`; InputError for a damaged file."""
     text = _texts(path).get(TRACKING_KEY.encode())
     where = f"{path}: metadata {TRACKING_KEY!r}"
     tracking = None if text is None else validated(_TRACKING, text, where, "remove the file, it is made anew")
-    with parquet_errors_about(path):
-        rows = pq.read_metadata(path).num_rows
+    with parquet_errors_about(path), arrow_source(path) as source:
+        rows = pq.read_metadata(source).num_rows
     with system_errors_about(path, "repeat the command: it resumes"):
-        listed = path.relative_to(out or path.parent).as_posix()
+        listed = path.relative_to(out or path.parent).as_posix()  # type: ignore[arg-type]
         return RunFile(run, listed, rows, path.stat().st_size, sha256_of(path), tracking)
+
+
+def file_runs(path: Place, entry: RunFile) -> list[FileRun]:
+    """Return the runs of a file in order, with their true parameters; InputError for damaged metadata."""
+    texts = _texts(path)
+    if RUNS_KEY.encode() in texts:
+        where = f"{path}: metadata {RUNS_KEY!r}"
+        return validated(_RUNS, texts[RUNS_KEY.encode()], where, "remove the file, it is made anew")
+    return [FileRun(entry.run, entry.rows, read_metadata(path).parameters, entry.tracking)]
+
+
+def runs_in(path: Place) -> tuple[int, ...]:
+    """Return the numbers of the runs in a file, empty for a file of no run; InputError for a damaged file."""
+    run = read_metadata(path).run
+    return () if run is None else tuple(held.run for held in file_runs(path, RunFile(run, "", 0, 0, "")))
 
 
 def digest_of(scenario: Mapping[str, Any]) -> str:
@@ -99,6 +126,6 @@ def digest_of(scenario: Mapping[str, Any]) -> str:
     return hashlib.sha256(canonical_json(scenario).encode()).hexdigest()
 
 
-def _texts(path: Path) -> Mapping[bytes, bytes]:
-    with parquet_errors_about(path):
-        return pq.read_metadata(path).metadata or {}
+def _texts(path: Place) -> Mapping[bytes, bytes]:
+    with parquet_errors_about(path), arrow_source(path) as source:
+        return pq.read_metadata(source).metadata or {}

@@ -36,15 +36,29 @@ class Split:
         if self.train + self.validation + self.test != PERCENT:
             raise ValueError(f"the shares do not add up to {PERCENT} per cent")
 
+    @property
+    def _order(self) -> tuple[int, ...]:
+        """The part of each run of a block."""
+        return _block((self.train, self.validation, self.test), self.seed)
+
     def part_of(self, run: int) -> str:
         """Return the part of a run."""
-        order = _block((self.train, self.validation, self.test), self.seed)
-        return PARTS[order[run % len(order)]]
+        return PARTS[self._order[run % len(self._order)]]
 
     def counts(self, runs: int) -> dict[str, int]:
         """Return the number of runs of each part, among the first `runs`."""
-        parts = [self.part_of(run) for run in range(runs)]
-        return {part: parts.count(part) for part in PARTS}
+        blocks, rest = divmod(runs, len(self._order))
+        return {part: blocks * self._order.count(k) + self._order[:rest].count(k) for k, part in enumerate(PARTS)}
+
+    def index_of(self, run: int) -> int:
+        """Return how many runs of the same part come before a run."""
+        return self.counts(run)[self.part_of(run)]
+
+    def run_of(self, part: str, index: int) -> int:
+        """Return the run with `index` runs of the same part before it."""
+        places = [place for place, one in enumerate(self._order) if one == PARTS.index(part)]
+        block, place = divmod(index, len(places))
+        return block * len(self._order) + places[place]
 
 
 def split_from(text: str, seed: int) -> Split:

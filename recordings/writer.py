@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import asdict
 from pathlib import Path
@@ -19,8 +19,9 @@ from recordings.assemble import arrays_of
 from recordings.columns import RUN, columns_of, schema
 from recordings.files import atomic_write, canonical_json, system_errors_about
 from recordings.log_facts import LOG_KEY, NOTHING, LogFacts
-from recordings.metadata import FORMAT, METADATA_KEY, TRACKING_KEY, Tracking
+from recordings.metadata import FORMAT, METADATA_KEY, RUNS_KEY, TRACKING_KEY, FileRun, Tracking
 from recordings.recording import Recording
+from recordings.url_path import Place
 from scenarios.errors import InputError
 
 ROWS_PER_GROUP = 65_536
@@ -34,15 +35,21 @@ class RunWriter:
     path : the final name; the file is written as `….magbench-part`, flushed and renamed.
     schema : see `columns.schema`.
     metadata : kept in the file as canonical JSON under the key `magbench`; log_facts : under `magbench_log`.
+    shared : see `files.atomic_write`.
 
     Row groups have equal size however the blocks are cut, so equal data give equal bytes.
     Raises InputError where the operating system refuses to write, and then leaves nothing behind.
     """
 
     def __init__(
-        self, path: Path, schema: pa.Schema, metadata: Mapping[str, Any], log_facts: LogFacts = NOTHING
+        self,
+        path: Place,
+        schema: pa.Schema,
+        metadata: Mapping[str, Any],
+        log_facts: LogFacts = NOTHING,
+        shared: bool = False,
     ) -> None:
-        self._path = path
+        self._path, self._shared = path, shared
         told = {LOG_KEY: canonical_json(log_facts.model_dump(mode="json"))} if log_facts else {}
         self._schema = schema.with_metadata({METADATA_KEY: canonical_json(metadata)} | told)
         self._floats = [field.name for field in schema if pa.types.is_floating(field.type)]
@@ -52,7 +59,7 @@ class RunWriter:
 
     def __enter__(self) -> RunWriter:
         with ExitStack() as stack:
-            part = stack.enter_context(atomic_write(self._path))
+            part = stack.enter_context(atomic_write(self._path, self._shared))
             with system_errors_about(self._path):
                 self._sink: pa.OSFile = stack.enter_context(pa.OSFile(str(part), "wb"))
                 self._parquet = self._open(self._sink)
@@ -81,6 +88,12 @@ class RunWriter:
         """Store the tracking error of the vehicle in the file's metadata."""
         if tracking is not None:
             self._parquet.add_key_value_metadata({TRACKING_KEY: canonical_json(asdict(tracking))})
+
+    def add_runs(self, runs: Sequence[FileRun]) -> None:
+        """Store the runs of a file of several in the file's metadata."""
+        told = [vars(run) | {"parameters": run.parameters.model_dump(exclude_unset=True)} for run in runs]
+        tables = [one | {"tracking": one["tracking"] and asdict(one["tracking"])} for one in told]
+        self._parquet.add_key_value_metadata({RUNS_KEY: canonical_json(tables)})
 
     def _close(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None

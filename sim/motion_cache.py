@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import OrderedDict
 from collections.abc import Iterator
 from dataclasses import dataclass, field, fields
+from threading import Lock
 
 import numpy as np
 
@@ -22,18 +23,20 @@ MOST_BYTES = 200_000_000
 class MotionCache:
     """The most recently used motions, up to `most_bytes` in total.
 
+    Threads of a process may share a cache.
     Runs share a motion if vehicle, phases and sampling are equal and the flow draws no random numbers.
     """
 
     most_bytes: int = MOST_BYTES
     _kept: OrderedDict[str, tuple[Motion, ...]] = field(default_factory=OrderedDict, repr=False)
+    _lock: Lock = field(default_factory=Lock, repr=False)
 
     def motions(self, plan: PreparedRun) -> Iterator[Motion]:
         """The run's true motion, block by block; equal to the bit whether computed or cached."""
         key = motion_key(plan)
-        if key in self._kept:
-            self._kept.move_to_end(key)
-            yield from self._kept[key]
+        kept = self._found(key)
+        if kept is not None:
+            yield from kept
             return
         blocks: list[Motion] = []
         size = 0
@@ -45,10 +48,18 @@ class MotionCache:
         if size <= self.most_bytes:
             self._keep(key, tuple(blocks))
 
+    def _found(self, key: str) -> tuple[Motion, ...] | None:
+        """Return a kept motion, now the most recently used."""
+        with self._lock:
+            if key in self._kept:
+                self._kept.move_to_end(key)
+            return self._kept.get(key)
+
     def _keep(self, key: str, blocks: tuple[Motion, ...]) -> None:
-        self._kept[key] = blocks
-        while sum(size_of(motion) for kept in self._kept.values() for motion in kept) > self.most_bytes:
-            self._kept.popitem(last=False)
+        with self._lock:
+            self._kept[key] = blocks
+            while sum(size_of(motion) for kept in self._kept.values() for motion in kept) > self.most_bytes:
+                self._kept.popitem(last=False)
 
 
 def run_key(plan: PreparedRun) -> str:

@@ -15,7 +15,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from itertools import chain, islice
 from multiprocessing.connection import wait
-from typing import Generic, TypeVar
+from typing import Generic, Protocol, TypeVar
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -29,6 +29,28 @@ AHEAD = 2
 
 START_METHOD = "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
 """Start of workers: from a clean server process on POSIX systems, each from a new interpreter on Windows."""
+
+
+class Tasks(Protocol):
+    """Computes a function of items anywhere, in any order."""
+
+    def map(
+        self, function: Callable[[Item], Result], items: Sequence[Item]
+    ) -> Generator[tuple[Item, Result], None, None]:
+        """Yield (item, function(item)) in order of completion; closing the generator ends the work."""
+
+
+@dataclass(frozen=True)
+class LocalTasks:
+    """`jobs` processes of this machine; a single job, or a single item, is computed in this process."""
+
+    jobs: int = 1
+
+    def map(
+        self, function: Callable[[Item], Result], items: Sequence[Item]
+    ) -> Generator[tuple[Item, Result], None, None]:
+        """Compute by `map_unordered`."""
+        yield from map_unordered(function, items, self.jobs)
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from recordings import Recording
     from recordings.memory import Frame
     from recordings.reading import Reading
+    from sim.pool import Tasks
     from sim.scenario import Scenario
     from validation.bound.limit import Tilts
     from validation.calibrating.calibrator_entry import CalibratorEntry
@@ -219,6 +220,13 @@ def engine(scheduler: str | None, jobs: int | None) -> Engine:
     if scheduler:
         return Cluster(scheduler)
     return SerialEngine() if jobs is None else ProcessEngine(jobs)
+
+
+def tasks_on(scheduler: str | None) -> Tasks | None:
+    """A Dask cluster for any tasks, None without one."""
+    from validation.comparison.cluster import Cluster
+
+    return Cluster(scheduler) if scheduler else None
 
 
 def check_count(option: str, value: int | None, least: int = 1) -> None:

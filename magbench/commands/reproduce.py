@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from magbench.arguments import ALL_PAPERS, complete_paper, known_paper
-from magbench.options import CORES, Jobs, Json
+from magbench.options import CORES, Jobs, Json, Scheduler
 
 
 def command(
@@ -24,6 +24,7 @@ def command(
     out: Annotated[Path, typer.Option("--out", "-o", help="Output directory.")] = Path("out/reproduce"),
     seeds: Annotated[int, typer.Option(min=2, help="Independent repetitions behind every spread.")] = 50,
     jobs: Jobs = CORES,
+    scheduler: Scheduler = None,
     json: Json = False,
 ) -> None:
     """Repeat a paper's experiments and set its figures beside ours, each with a verdict.
@@ -34,7 +35,7 @@ def command(
     from magbench.console import emit, progress, say, show_table
     from papers.report import as_dict
 
-    results = reproduce(key, out, seeds=seeds, jobs=jobs, reporting=progress)
+    results = reproduce(key, out, seeds=seeds, jobs=jobs, scheduler=scheduler, reporting=progress)
     if json:
         emit(as_dict(results))
     else:

@@ -2,46 +2,68 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from magbench.options import CORES, Jobs, Json, Out, Overrides, ScenarioName, Seed
+from magbench.options import CORES, Jobs, Json, Overrides, ScenarioName, Scheduler, Seed
 
 if TYPE_CHECKING:
     from recordings import Manifest
 
+Place = Annotated[
+    str | None,
+    typer.Option("--out", "-o", help="Directory, or a URL such as s3://bucket/data.  [default: out/SCENARIO]"),
+]
+RunsPerFile = Annotated[int, typer.Option(min=1, help="Runs that share a file, told apart by the column run.")]
+SplitShares = Annotated[
+    str | None,
+    typer.Option(metavar="TRAIN/VALIDATION/TEST", help="For a learner: per cent of the runs, e.g. 80/10/10."),
+]
+
 
 def command(
     scenario: ScenarioName,
-    out: Out = None,
-    runs: Annotated[int, typer.Option(min=1, max=99_999, help="Number of runs.")] = 1,
+    out: Place = None,
+    runs: Annotated[int, typer.Option(min=1, help="Number of runs.")] = 1,
     seed: Seed = None,
     jobs: Jobs = CORES,
-    split: Annotated[
-        str | None,
-        typer.Option(metavar="TRAIN/VALIDATION/TEST", help="For a learner: per cent of the runs, e.g. 80/10/10."),
-    ] = None,
+    scheduler: Scheduler = None,
+    runs_per_file: RunsPerFile = 1,
+    split: SplitShares = None,
     set_: Overrides = None,
     json: Json = False,
 ) -> None:
     """Simulate a scenario and write a labelled dataset; repeat the command to resume or to add runs.
 
+    With --scheduler the workers of a cluster write to OUT, on a shared disk or a URL. --runs-per-file joins short runs.
     With --split the runs lie in OUT/data/train, validation and test, beside a table of all runs and a dataset card.
 
     Example: magbench simulate auv-spiral -o data --runs 20 --seed 7
     """
+    from magbench.api.inputs import tasks_on
     from magbench.console import emit, progress, say, warn
+    from recordings.url_path import place_at
     from sim.dataset_writer import generate
     from sim.scenario import load
     from sim.tracking import warning
 
     spec = load(scenario, set_ or ())
-    place = out or Path("out") / spec.name
+    place = place_at(out or f"out/{spec.name}")
     what = f"simulating {spec.name}" + (f", {runs} runs" if runs > 1 else "")
     with progress(what) as report:
-        manifest = generate(spec, place, runs=runs, seed=seed, jobs=jobs, split=split, progress=report, warn=warn)
+        manifest = generate(
+            spec,
+            place,
+            runs=runs,
+            seed=seed,
+            jobs=jobs,
+            split=split,
+            runs_per_file=runs_per_file,
+            engine=tasks_on(scheduler),
+            progress=report,
+            warn=warn,
+        )
     say(f"{place}: {_in_words(manifest)}")
     warn(warning([file.tracking for file in manifest.files]))
     if json:

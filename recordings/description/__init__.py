@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from recordings.description.card import write_card
 from recordings.description.croissant import write_croissant
 from recordings.description.runs import write_runs_table
 from recordings.manifest import Manifest
-from recordings.split import Split
+from recordings.url_path import Place
 
 __all__ = ["describe"]
 
 
-def describe(out: Path, dataset: Manifest, split: Split) -> None:
-    """Write OUT/runs.parquet, OUT/README.md and OUT/croissant.json; equal datasets give equal bytes."""
-    write_runs_table(out, dataset, split)
-    write_card(out, dataset, split)
-    write_croissant(out, dataset, split)
+def describe(out: Place, dataset: Manifest) -> None:
+    """Write OUT/runs.parquet, for a split dataset OUT/README.md and OUT/croissant.json; nothing for one run a file.
+
+    Equal datasets give equal bytes.
+    """
+    if dataset.layout.numbered:
+        write_runs_table(out, dataset)
+    if dataset.split is not None:
+        write_card(out, dataset, dataset.split)
+        write_croissant(out, dataset, dataset.split)

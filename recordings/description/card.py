@@ -9,8 +9,9 @@ from typing import Any
 from recordings.columns import schema
 from recordings.description.runs import FIXED, RUNS
 from recordings.files import write_text
-from recordings.manifest import DATA, MANIFEST, Manifest
+from recordings.manifest import MANIFEST, Manifest
 from recordings.split import Split
+from recordings.url_path import Place
 
 CARD = "README.md"
 LICENCE = "Apache-2.0"
@@ -19,7 +20,7 @@ SIZES = ("n<1K", "1K<n<10K", "10K<n<100K", "100K<n<1M", "1M<n<10M", "10M<n<100M"
 """Hugging Face's classes of size, from a thousand samples on, in steps of a factor of ten."""
 
 
-def write_card(out: Path, dataset: Manifest, split: Split) -> None:
+def write_card(out: Place, dataset: Manifest, split: Split) -> None:
     """Write OUT/README.md; the configurations name the parts that hold a run."""
     import jinja2  # here: readers of a dataset write no card
 
@@ -51,16 +52,26 @@ def _values(dataset: Manifest, split: Split) -> dict[str, Any]:
         "vary": {key: json.dumps(how) for key, how in dataset.scenario.get("vary", {}).items()},
         "types": {field.name: _type(field.type) for field in schema(dataset.columns)},
         "runs_columns": {name: meaning for name, (_, meaning) in FIXED.items()},
-        **{"data": DATA, "runs_table": RUNS, "manifest": MANIFEST},
+        **{"name": Path(dataset.layout.file_of(0).path).name, "held_runs": _held(dataset)},
+        **{"runs_table": RUNS, "manifest": MANIFEST},
     }
 
 
-def _parts(dataset: Manifest, split: Split) -> dict[str, dict[str, int]]:
-    """Return the numbers of runs and samples of each part that holds a run."""
-    rows: dict[str, list[int]] = {part: [] for part, runs in split.counts(dataset.runs).items() if runs}
+def _held(dataset: Manifest) -> str:
+    """Return how many runs a file holds, in words."""
+    return "one run" if dataset.runs_per_file == 1 else f"{dataset.runs_per_file} runs, told apart by `run`,"
+
+
+def _parts(dataset: Manifest, split: Split) -> dict[str, dict[str, Any]]:
+    """Return the numbers of runs and samples, and the pattern of the files, of each part that holds a run."""
+    rows = {part: 0 for part, runs in split.counts(dataset.runs).items() if runs}
     for file in dataset.files:
-        rows[split.part_of(file.run)].append(file.rows)
-    return {part: {"runs": len(held), "samples": sum(held)} for part, held in rows.items()}
+        rows[split.part_of(file.run)] += file.rows
+    counts, pattern = split.counts(dataset.runs), dataset.layout.pattern
+    return {
+        part: {"runs": counts[part], "samples": samples, "files": pattern(part, dataset.runs)}
+        for part, samples in rows.items()
+    }
 
 
 def _type(kind: Any) -> str:

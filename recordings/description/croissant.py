@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 from typing import Any
 
 import pyarrow as pa
@@ -13,8 +12,9 @@ from recordings.columns import schema
 from recordings.description.card import LICENCE, title_of
 from recordings.description.runs import RUNS
 from recordings.files import sha256_of, write_text
-from recordings.manifest import DATA, Manifest
+from recordings.manifest import Manifest
 from recordings.split import Split
+from recordings.url_path import Place, arrow_source
 
 CROISSANT = "croissant.json"
 VERSION = "http://mlcommons.org/croissant/1.0"
@@ -61,13 +61,14 @@ CONTEXT: dict[str, Any] = {
 Node = dict[str, Any]
 
 
-def write_croissant(out: Path, dataset: Manifest, split: Split) -> None:
+def write_croissant(out: Place, dataset: Manifest, split: Split) -> None:
     """Write OUT/croissant.json: record sets `samples-train`, …, a record a sample, and `runs`, a record a run.
 
     There is no date of publication, since nothing is published here and equal datasets give equal bytes.
     """
     parts = [part for part, runs in split.counts(dataset.runs).items() if runs]
-    runs = pq.read_schema(out / RUNS)
+    with arrow_source(out / RUNS) as source:
+        runs = pq.read_schema(source)
     made_by = dataset.packages["magbench"]
     sources = {f"samples-{part}": {"fileSet": {"@id": f"files-{part}"}} for part in parts}
     description: Node = {
@@ -80,7 +81,7 @@ def write_croissant(out: Path, dataset: Manifest, split: Split) -> None:
         "creator": {"@type": "Organization", "name": f"magbench {made_by}"},
         "version": made_by,
         "keywords": ["magnetometer", "calibration", "synthetic"],
-        "distribution": [*map(_files, parts), _table(out / RUNS)],
+        "distribution": [*(_files(part, dataset) for part in parts), _table(out / RUNS)],
         "recordSet": [
             *(_records(name, source, schema(dataset.columns)) for name, source in sources.items()),
             _records("runs", {"fileObject": {"@id": RUNS}}, runs),
@@ -89,18 +90,18 @@ def write_croissant(out: Path, dataset: Manifest, split: Split) -> None:
     write_text(out / CROISSANT, json.dumps(description, indent=1, allow_nan=False, ensure_ascii=False) + "\n")
 
 
-def _files(part: str) -> Node:
+def _files(part: str, dataset: Manifest) -> Node:
     """Return the node of all files of a part."""
     return {
         "@type": "cr:FileSet",
         "@id": f"files-{part}",
-        "description": f"one run a file, for {part}",
+        "description": f"{'one run' if dataset.runs_per_file == 1 else 'several runs'} a file, for {part}",
         "encodingFormat": PARQUET,
-        "includes": f"{DATA}/{part}/*.parquet",
+        "includes": dataset.layout.pattern(part, dataset.runs),
     }
 
 
-def _table(path: Path) -> Node:
+def _table(path: Place) -> Node:
     return {
         "@type": "cr:FileObject",
         "@id": path.name,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from pathlib import Path
+from itertools import islice
 from typing import Any
 
 import pyarrow as pa
@@ -11,8 +11,8 @@ import pyarrow.parquet as pq
 
 from recordings.files import atomic_write, system_errors_about
 from recordings.manifest import Manifest
-from recordings.metadata import RunFile, TrueParameters, read_metadata
-from recordings.split import Split
+from recordings.metadata import FileRun, RunFile, TrueParameters, file_runs
+from recordings.url_path import Place
 
 RUNS = "runs.parquet"
 ROWS_AT_ONCE = 1000
@@ -31,16 +31,16 @@ Cell = str | float | bool
 Row = dict[str, Any]
 
 
-def write_runs_table(out: Path, dataset: Manifest, split: Split) -> None:
-    """Write OUT/runs.parquet; null where a run lacks a parameter.
+def write_runs_table(out: Place, dataset: Manifest) -> None:
+    """Write OUT/runs.parquet, in the order of the files; null where a run lacks a parameter.
 
     The files are read twice, first for the names of the columns, so that memory does not grow with the runs.
     """
-    schema = _schema(_parameters(out, file) for file in dataset.files)
+    schema = _schema((flattened(held.parameters) for _, held in _runs(out, dataset)), dataset)
     path = out / RUNS
     with atomic_write(path) as part, system_errors_about(path), pq.ParquetWriter(part, schema) as writer:
-        for first in range(0, len(dataset.files), ROWS_AT_ONCE):
-            rows = [_row(out, dataset, split, file) for file in dataset.files[first : first + ROWS_AT_ONCE]]
+        found = _runs(out, dataset)
+        while rows := [_row(dataset, file, held) for file, held in islice(found, ROWS_AT_ONCE)]:
             writer.write_batch(pa.RecordBatch.from_pylist(rows, schema=schema))
 
 
@@ -69,15 +69,18 @@ def _cells(key: str, value: Any) -> Iterator[tuple[str, Cell]]:
         yield key, float(value) if isinstance(value, int) and not isinstance(value, bool) else value
 
 
-def _parameters(out: Path, file: RunFile) -> dict[str, Cell]:
-    return flattened(read_metadata(out / file.path).parameters)
+def _runs(out: Place, dataset: Manifest) -> Iterator[tuple[RunFile, FileRun]]:
+    """Yield every run with its file."""
+    for file in dataset.files:
+        yield from ((file, held) for held in file_runs(out / file.path, file))
 
 
-def _schema(runs: Iterable[Mapping[str, Cell]]) -> pa.Schema:
+def _schema(runs: Iterable[Mapping[str, Cell]], dataset: Manifest) -> pa.Schema:
     kinds: dict[str, pa.DataType] = {}
     for cells in runs:
         kinds |= {key: _kind(cell) for key, cell in cells.items() if key not in kinds}
-    fixed = [pa.field(name, kind, metadata={"meaning": meaning}) for name, (kind, meaning) in FIXED.items()]
+    known = {name: about for name, about in FIXED.items() if name != "split" or dataset.split}
+    fixed = [pa.field(name, kind, metadata={"meaning": meaning}) for name, (kind, meaning) in known.items()]
     return pa.schema([*fixed, *(pa.field(key, kind, metadata=_meaning(key)) for key, kind in kinds.items())])
 
 
@@ -91,15 +94,15 @@ def _meaning(key: str) -> dict[str, str]:
     return {"meaning": f"value of {key} in this run; units are in the name, components are numbered from 0"}
 
 
-def _row(out: Path, dataset: Manifest, split: Split, file: RunFile) -> Row:
-    tracking = file.tracking
+def _row(dataset: Manifest, file: RunFile, held: FileRun) -> Row:
+    tracking, split = held.tracking, dataset.split
     return {
-        "run": file.run,
-        "split": split.part_of(file.run),
+        "run": held.run,
+        "split": split and split.part_of(held.run),
         "file": file.path,
         "seed": dataset.seed,
-        "rows": file.rows,
+        "rows": held.rows,
         "tracking_rms_m": tracking and tracking.rms_m,
         "tracking_max_m": tracking and tracking.max_m,
-        **_parameters(out, file),
+        **flattened(held.parameters),
     }

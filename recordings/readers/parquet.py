@@ -13,6 +13,7 @@ import pyarrow.parquet as pq
 from recordings.log_facts import FACTS, LOG_KEY
 from recordings.readers.base import FileContents, FileFormat, Wanted, file_head, stripped_names
 from recordings.readers.damage import check_expansion
+from recordings.url_path import UrlPath
 from scenarios.errors import InputError
 from scenarios.files import validated
 
@@ -26,7 +27,7 @@ def is_parquet(path: Path) -> bool:
 
 
 @contextmanager
-def parquet_errors_about(path: Path) -> Iterator[None]:
+def parquet_errors_about(path: Path | UrlPath) -> Iterator[None]:
     """Turn Arrow's errors about a damaged or missing Parquet file into an InputError about `path`."""
     try:
         yield

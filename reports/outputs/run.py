@@ -20,7 +20,7 @@ from reports.viewer import DRAWN, FULL, Detail, write_recording
 from scenarios.errors import InputError
 from scenarios.plain import json_ready
 from sim import effects as effect_table
-from sim.dataset_writer import write_runs
+from sim.dataset_writer import DatasetPlan, write_runs
 from sim.effects.base import Effect
 from sim.scenario import Scenario
 from validation.bound.files import true_experiment
@@ -72,7 +72,8 @@ def simulate_and_score(
     warn: Callable[[str], object] = lambda text: None,
 ) -> Outcome:
     """Write the dataset into `out`, fit the calibrators and score the calibrations: the first two stages."""
-    written = write_runs(scenario, out, 1, seed, 1, lambda done, total: progress(done / total, STAGES), warn)
+    dataset = DatasetPlan(scenario, out, 1, scenario.seed if seed is None else seed)
+    written = write_runs(dataset, 1, lambda done, total: progress(done / total, STAGES), warn)
     recording, truth = read_run(out)
     outcome = calibrate_and_score(scenario, recording, truth, lambda part: progress(1 + part, STAGES), chosen)
     return replace(outcome, tracking=written.files[0].tracking)

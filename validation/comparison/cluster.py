@@ -5,12 +5,12 @@ from __future__ import annotations
 import logging
 import time
 from asyncio import CancelledError
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Generator, Iterable, Iterator
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass, field
 from itertools import chain, islice
 from queue import Empty, SimpleQueue
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 from scenarios.errors import InputError
 from validation.comparison.engine import GoneError, Trials
@@ -24,6 +24,10 @@ LOOK_S = 1.0
 """Time between checks of the cluster while no trial arrives."""
 CONNECT_S = 5.0
 """Time limit of a connection attempt."""
+RESUME = "start it again, and repeat the command: it resumes"
+ENDED = "every worker that had this task in hand was ended, perhaps for want of memory"
+Item = TypeVar("Item")
+Result = TypeVar("Result")
 
 
 class DisconnectedError(Exception):
@@ -38,17 +42,28 @@ class Cluster:
     patience_s: float = PATIENCE_S
 
     def trials(self, tasks: Iterable[PendingTrial], on_loss: Callable[[PendingTrial], Trial]) -> Trials:
-        """Yield the trial of every task; losses of workers or scheduler shorter than `patience_s` are survived.
+        """Yield the trial of every task, see `map`."""
+        with closing(self.map(compute, tasks, on_loss)) as found:
+            yield from (trial for _, trial in found)
 
+    def map(
+        self,
+        function: Callable[[Item], Result],
+        items: Iterable[Item],
+        on_loss: Callable[[Item], Result] | None = None,
+    ) -> Generator[tuple[Item, Result], None, None]:
+        """Yield (item, function(item)); losses of workers or scheduler shorter than `patience_s` are survived.
+
+        on_loss : makes the result of an item that ended its worker repeatedly; without it InputError is raised.
         Raises InputError where distributed is not installed, and where scheduler or workers stay away longer.
         """
         _check_installed()
-        source, again = iter(tasks), list[PendingTrial]()
+        source, again = iter(items), list[Item]()
         with _quiet():
             while True:
-                connection = _Connection(self, on_loss)
+                connection = _Connection(self, function, on_loss)
                 try:
-                    yield from connection.trials(chain(again, source))
+                    yield from connection.results(chain(again, source))
                     return
                 except DisconnectedError:
                     again = connection.pending()
@@ -57,24 +72,24 @@ class Cluster:
 
     def missing(self, what: str) -> GoneError:
         """Return the error that ends the comparison."""
-        do = "start it again, and repeat the command: it resumes"
-        return GoneError(f"{what} for {self.patience_s:g} s", where=f"--scheduler {self.address}", do=do)
+        return GoneError(f"{what} for {self.patience_s:g} s", where=f"--scheduler {self.address}", do=RESUME)
 
 
 @dataclass
-class _Connection:
+class _Connection(Generic[Item, Result]):
     """A connection to the scheduler with the tasks submitted through the connection."""
 
     cluster: Cluster
-    on_loss: Callable[[PendingTrial], Trial]
-    submitted: dict[str, tuple[Any, PendingTrial]] = field(default_factory=dict)
+    function: Callable[[Item], Result]
+    on_loss: Callable[[Item], Result] | None
+    submitted: dict[str, tuple[Any, Item]] = field(default_factory=dict)
     landed: SimpleQueue[str] = field(default_factory=SimpleQueue)
 
     def __post_init__(self) -> None:
         self.client = _connected(self.cluster)
-        self._checked_s, self._thread_count = -LOOK_S, 0
+        self._checked_s, self._thread_count, self._count = -LOOK_S, 0, 0
 
-    def pending(self) -> list[PendingTrial]:
+    def pending(self) -> list[Item]:
         """Return the submitted tasks without a result."""
         return [task for _, task in self.submitted.values()]
 
@@ -83,8 +98,8 @@ class _Connection:
         with suppress(Exception):
             self.client.close(timeout=CONNECT_S)
 
-    def trials(self, source: Iterator[PendingTrial]) -> Iterator[Trial]:
-        """Submit a bounded number of tasks ahead and yield trials as they arrive."""
+    def results(self, source: Iterator[Item]) -> Iterator[tuple[Item, Result]]:
+        """Submit a bounded number of tasks ahead and yield (task, result) as results arrive."""
         while True:
             ahead = AHEAD * max(1, self._threads())
             for task in islice(source, max(0, ahead - len(self.submitted))):
@@ -93,12 +108,13 @@ class _Connection:
                 return
             key = self._next()
             future, task = self.submitted[key]
-            yield self._result(future, task)
+            yield task, self._result(future, task)
             del self.submitted[key]
 
-    def _submit(self, task: PendingTrial) -> None:
-        key = f"trial-{task.point}-{task.run}-{id(self):x}"
-        future = self.client.submit(compute, task, key=key, pure=False)
+    def _submit(self, task: Item) -> None:
+        self._count += 1
+        key = f"{self.function.__name__}-{self._count}-{id(self):x}"
+        future = self.client.submit(self.function, task, key=key, pure=False)
         self.submitted[key] = (future, task)
         future.add_done_callback(lambda done: self.landed.put(done.key))
 
@@ -125,23 +141,25 @@ class _Connection:
             self._checked_s = time.monotonic()
         return self._thread_count
 
-    def _result(self, future: Any, task: PendingTrial) -> Trial:
+    def _result(self, future: Any, task: Item) -> Result:
         from distributed import KilledWorker
 
         if future.status not in ("finished", "error"):
             raise DisconnectedError
         try:
-            trial: Trial = future.result(timeout=self.cluster.patience_s)
+            found: Result = future.result(timeout=self.cluster.patience_s)
         except KilledWorker:
+            if self.on_loss is None:
+                raise InputError(ENDED, where=self.cluster.address, do=RESUME) from None
             return self.on_loss(task)
         except ModuleNotFoundError as error:
             do = "install on every machine what this one has, calibrators of your own too"
             raise InputError(f"a worker has no module {error.name}", where=self.cluster.address, do=do) from None
         except (Exception, CancelledError) as error:
-            if future.status == "error":  # the trial's own
+            if future.status == "error":  # the task's own
                 raise
             raise DisconnectedError from error
-        return trial
+        return found
 
 
 def _check_installed() -> None:

@@ -1,0 +1,28 @@
+"""`magbench.dataset`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from os import PathLike, fspath
+from typing import TYPE_CHECKING
+
+from magbench.api.inputs import in_keywords
+
+if TYPE_CHECKING:
+    from recordings.loading import RunSet
+
+
+@in_keywords()
+def dataset(path: str | PathLike[str], *, columns: Sequence[str] | None = None) -> RunSet:
+    """The runs of a dataset for learning and statistics, read as they are used.
+
+    path : directory, or a URL such as `s3://bucket/data`. columns : which to read, in this order; by default all.
+
+    `len` and an index count runs; `.windows(length_s=, stride_s=)` cuts them, `.split(train=0.8, seed=0)` parts them by
+    run, `.numpy()` reads them whole, `.windows(...).torch()` feeds a DataLoader, `.parameters` has the true parameters.
+    Raises InputError for a directory without a complete dataset, and for unknown columns.
+    """
+    from recordings.loading import load_dataset
+    from recordings.url_path import place_at
+
+    return load_dataset(place_at(fspath(path)), columns)
