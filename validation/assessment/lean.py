@@ -54,6 +54,8 @@ def _speed_m_s(recording: Recording) -> float | None:
     """Return the median speed by the positions; None without, and in a recording shorter than two strides."""
     if recording.pos_enu_m is None or not recording.origin.timed or np.ptp(recording.time_s) < 2.0 * STRIDE_S:
         return None
-    at_s = np.arange(recording.time_s[0], recording.time_s[-1], STRIDE_S)
+    stride = np.unique(np.floor((recording.time_s - recording.time_s[0]) / STRIDE_S))  # that have samples
+    at_s, next_to = recording.time_s[0] + STRIDE_S * stride, np.diff(stride) == 1.0
     places = np.column_stack([np.interp(at_s, recording.time_s, column) for column in recording.pos_enu_m[:, :2].T])
-    return float(np.median(np.linalg.norm(np.diff(places, axis=0), axis=1))) / STRIDE_S
+    moved_m = np.linalg.norm(np.diff(places, axis=0), axis=1)[next_to]
+    return float(np.median(moved_m)) / STRIDE_S if len(moved_m) else None

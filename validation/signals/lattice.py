@@ -72,14 +72,13 @@ def odd_share(codes: NDArray[np.int64]) -> float:
     Codes are counted in groups of GROUP neighbours. A preference needs a share of 0.4 or less, or 0.6 or more, and the
     same sign in nine of ten groups.
     """
-    first = int(codes.min(initial=0)) // GROUP * GROUP
-    counts = np.bincount(codes - first)
-    groups = np.pad(counts, (0, -len(counts) % GROUP)).reshape(-1, GROUP)
-    full = groups[groups.sum(axis=1) >= POLICY.least_in_group]
-    if len(full) < POLICY.least_groups:
+    _, group = np.unique(codes // GROUP, return_inverse=True)  # of codes that are there: two may lie 1e9 apart
+    counts, odd = np.bincount(group), np.bincount(group, weights=codes % 2)
+    full = counts >= POLICY.least_in_group
+    if np.count_nonzero(full) < POLICY.least_groups:
         return 0.5
-    shares = full[:, 1::2].sum(axis=1) / full.sum(axis=1)
-    share = float(full[:, 1::2].sum() / full.sum())
+    shares = odd[full] / counts[full]
+    share = float(odd[full].sum() / counts[full].sum())
     same = np.mean((shares > 0.5) == (share > 0.5))
     return share if abs(share - 0.5) > POLICY.preferred and same >= POLICY.same_side else 0.5
 

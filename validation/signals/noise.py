@@ -56,10 +56,10 @@ def _means(time_s: Array, residual: Array, length_s: float, interval_s: float) -
     expected = length_s / interval_s
     if not expected >= 2:
         return np.zeros((0, residual.shape[1])), expected
-    block = np.floor((time_s - time_s[0]) / length_s).astype(np.intp)
     sound = np.isfinite(residual).all(axis=1)
-    counts = np.bincount(block[sound], minlength=int(block.max(initial=0)) + 1)
-    sums = np.column_stack([np.bincount(block[sound], column[sound], minlength=len(counts)) for column in residual.T])
+    _, block = np.unique(np.floor((time_s[sound] - time_s[0]) / length_s), return_inverse=True)
+    counts = np.bincount(block)
+    sums = np.column_stack([np.bincount(block, column[sound], minlength=len(counts)) for column in residual.T])
     full = counts >= POLICY.filled_mean * expected
     return sums[full] / counts[full, None], float(counts[full].mean()) if full.any() else expected
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.validation.inspection.recordings import rounded, turning
-from validation.signals.lattice import find_lattice
+from validation.signals.lattice import find_lattice, odd_share
 
 
 def series(seed: int, samples: int = 8000, noise: float = 5.0) -> np.ndarray:
@@ -87,3 +87,11 @@ def test_no_lattice_without_one() -> None:
 @pytest.mark.parametrize("values", [[], [1.0], [1.0] * 50, [1.0, 2.0] * 50, [np.nan] * 5, [0.0, 0.0, 5.0, np.inf]])
 def test_too_little_to_tell(values: list[float]) -> None:
     assert find_lattice(np.array(values)) is None
+
+
+def test_the_share_of_odd_codes_takes_no_memory_for_codes_between() -> None:
+    """Three codes 1e12 apart among codes whose odd neighbours are rare, as averaging leaves them, from -400 to 400."""
+    rng = np.random.default_rng(3)
+    codes = 2 * rng.integers(-200, 200, 20_000) + (rng.random(20_000) < 0.1)
+    share = odd_share(np.concatenate([codes, [-(10**12), 0, 10**12]]))
+    assert share == pytest.approx(0.1, abs=0.01)
