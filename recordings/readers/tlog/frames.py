@@ -84,8 +84,9 @@ def frames_of(data: Bytes, messages: Mapping[int, Any]) -> tuple[dict[Sender, di
 
     messages : by its number, a message as pymavlink describes it.
     """
-    numbers = array("q", itertools.chain.from_iterable(_places(data)))
-    places = np.frombuffer(numbers, np.int64).reshape(-1, 6)
+    narrow = len(data) < 2**31  # half the memory: a frame may have 17 bytes
+    numbers = array("i" if narrow else "q", itertools.chain.from_iterable(_places(data)))
+    places = np.frombuffer(numbers, np.int32 if narrow else np.int64).reshape(-1, 6)
     found: dict[Sender, dict[str, Frames]] = {}
     damaged = 0
     keys = places[:, 2:5]
@@ -144,7 +145,7 @@ def _next(raw: bytes, start: int) -> int:
     return found.start() - STAMP_BYTES if found else -1
 
 
-def _decoded(data: Bytes, places: NDArray[np.int64], message: Any) -> Frames:
+def _decoded(data: Bytes, places: NDArray[np.int32] | NDArray[np.int64], message: Any) -> Frames:
     """Return the frames of one message whose checksum and stamp are right."""
     dtype = payload_dtype(message)
     payloads = np.zeros((len(places), dtype.itemsize), np.uint8)
@@ -166,7 +167,7 @@ def _number(columns: Bytes, kind: str) -> NDArray[Any]:
     return np.ascontiguousarray(columns).view(kind)[:, 0]
 
 
-def _windows(data: Bytes, starts: NDArray[np.int64], length: int) -> Bytes:
+def _windows(data: Bytes, starts: NDArray[Any], length: int) -> Bytes:
     """Return `length` bytes from each start: (n, length)."""
     return np.asarray(np.lib.stride_tricks.sliding_window_view(data, length)[starts])
 
