@@ -24,6 +24,8 @@ SIGNIFICANT_ANGLE = 5.0
 """Motion counts when its rms angle is this many times the attitude's own error."""
 ROUNDING = 1e-7
 """Thickness that rounding alone gives exactly planar measurements, as a fraction of their extent."""
+DIGITS = 2
+"""Digits of a direction's components in words, so that the words do not depend on the processor's rounding."""
 MANOEUVRES = (
     "yaw and pitch further, nose up and down",
     "yaw and roll further, on either side",
@@ -32,18 +34,23 @@ MANOEUVRES = (
 """Manoeuvres that vary the field along body x, y, z: turns about the remaining two axes."""
 
 
+def main_axis(direction: Array) -> int:
+    """The axis of a body direction (3,), judged on DIGITS digits: of components equal to rounding, the first."""
+    return int(np.argmax(np.round(np.abs(direction / np.linalg.norm(direction)), DIGITS)))
+
+
 def axis_text(direction: Array) -> str:
     """A body direction (3,) in words: the main axis, with components where the direction is not along the axis."""
     unit = direction / np.linalg.norm(direction)
-    main = int(np.argmax(np.abs(unit)))
-    unit = unit * np.sign(unit[main])
+    main = main_axis(direction)
+    unit = np.round(unit * np.sign(unit[main]), DIGITS) + 0.0  # never -0.00
     text = f"body {'xyz'[main]}"
     return text if unit[main] > 0.98 else f"{text} (direction {unit[0]:.2f}, {unit[1]:.2f}, {unit[2]:.2f})"
 
 
 def remedy_text(direction: Array) -> str:
     """The manoeuvre that excites a body direction (3,)."""
-    return MANOEUVRES[int(np.argmax(np.abs(direction)))]
+    return MANOEUVRES[main_axis(direction)]
 
 
 def unobservable(direction: Array, why: str) -> Status:

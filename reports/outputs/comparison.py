@@ -23,7 +23,7 @@ from sim.memory_run import run_in_memory
 from sim.simulation import plan
 from validation.bound.ratio import bound_ratio, knowledge_of
 from validation.comparison.design import Design
-from validation.comparison.engine import Engine, run_trials
+from validation.comparison.engine import Engine, new_trials
 from validation.comparison.journal import Journal
 from validation.comparison.kept_bounds import BOUNDS, KeptBounds
 from validation.comparison.ranking import Ranking, overall_sentence, rank_calibrators
@@ -113,7 +113,11 @@ def _computed(
     done, first = 0, 0
     progress(done, _pieces(design, most))
     for number in [most] if question.until is None else interim_looks(most):
-        for _ in run_trials(design, range(first, number), engine, journal):
+        kept = sum(first <= run < number for _, run in journal.there)
+        done += kept
+        if kept:
+            progress(done, _pieces(design, most))
+        for _ in new_trials(design, range(first, number), engine, journal):
             done += 1
             progress(done, _pieces(design, most))
         table = TrialTable.of(design, (trial for trial in journal if trial.run < number))

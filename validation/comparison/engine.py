@@ -62,9 +62,15 @@ def run_trials(design: Design, runs: Sequence[int], engine: Engine, journal: Jou
     journal : see `computed`. All points of a run are scheduled before the next run, so a comparison stopped early is
     nearly balanced. Raises InputError where a run cannot be simulated, and where the engine is lost.
     """
-    wanted, points = set(runs), range(len(design.points))
+    wanted = set(runs)
     if journal is not None:
         yield from (trial for trial in journal if trial.run in wanted)
+    yield from new_trials(design, runs, engine, journal)
+
+
+def new_trials(design: Design, runs: Sequence[int], engine: Engine, journal: Journal | None = None) -> Trials:
+    """Yield the trials of `runs` at every point that are not in the journal; see `run_trials`."""
+    points = range(len(design.points))
     tasks = (PendingTrial(design.sent, point, run) for run in runs for point in points)
     yield from computed(tasks, engine, lambda task: failed_trial(design, task.point, task.run, ENDED), journal)
 

@@ -80,7 +80,7 @@ class TrialTable:
     @cached_property
     def calibrators(self) -> tuple[str, ...]:
         """Row names in the order of the design, the raw measurement last."""
-        return tuple(dict.fromkeys(self._words("calibrator")))
+        return tuple(str(name) for name in self.columns.column("calibrator").unique().to_pylist())
 
     @property
     def candidates(self) -> tuple[str, ...]:
@@ -100,14 +100,14 @@ class TrialTable:
     @property
     def points(self) -> dict[int, dict[str, Value]]:
         """Swept values by number of the point."""
-        numbers, first = np.unique(self._numbers("point"), return_index=True)
+        numbers, first = np.unique(self._array("point"), return_index=True)
         held = {key: self.columns.column(key) for key in self.swept}
         rows = zip(numbers.tolist(), first.tolist(), strict=True)
         return {point: {key: values[row].as_py() for key, values in held.items()} for point, row in rows}
 
     def runs(self, point: int = 0) -> NDArray[np.int64]:
         """Return the run numbers (n,) of a point, ascending."""
-        return np.unique(self._numbers("run")[self._numbers("point") == point])
+        return np.unique(self._array("run")[self._array("point") == point])
 
     def values(self, score: str, calibrator: str, point: int = 0) -> Array:
         """Return a score (n,) of a calibrator at a point, by run, so values of two calibrators are paired.
@@ -118,17 +118,16 @@ class TrialTable:
         rows = self._rows(calibrator, point)
         if name not in self.columns.column_names:
             return np.full(len(rows), np.inf)
-        values = self.columns.column(name).to_numpy()[rows]
+        values: Array = self._array(name)[rows]
         return np.where(np.isnan(values), np.inf, values)
 
     def failed(self, calibrator: str, point: int = 0) -> NDArray[np.bool_]:
         """Return whether the status is not "ok" (n,), by run."""
-        return np.array([status != "ok" for status in self.texts("status", calibrator, point)], dtype=np.bool_)
+        return np.asarray(self._array("status")[self._rows(calibrator, point)] != "ok", dtype=np.bool_)
 
     def texts(self, name: str, calibrator: str, point: int = 0) -> list[str]:
         """Return status or reason of a calibrator at a point, by run."""
-        words = self._words(name)
-        return [words[row] for row in self._rows(calibrator, point)]
+        return [str(word) for word in self._array(name)[self._rows(calibrator, point)]]
 
     def time_s(self, name: str, calibrator: str, point: int = 0) -> Array:
         """Return `wall_s` or `cpu_s` (n,) of the fits; NaN without timings."""
@@ -140,14 +139,18 @@ class TrialTable:
         if calibrator not in names:
             raise InputError(f"no calibrator {calibrator!r} in the table", do=f"choose among {', '.join(names)}")
         # every trial has a row for each calibrator, in this order
-        mine = np.arange(self.columns.num_rows) % len(names) == names.index(calibrator)
-        return np.flatnonzero(mine & (self._numbers("point") == point))
+        trials = np.flatnonzero(self._array("point")[:: len(names)] == point)
+        return trials * len(names) + names.index(calibrator)
 
-    def _numbers(self, name: str) -> NDArray[np.int64]:
-        return np.asarray(self.columns.column(name).to_numpy())
+    def _array(self, name: str) -> NDArray[Any]:
+        """Return a column as an array (n,): numbers with NaN for null, or text; converted once."""
+        if name not in self._arrays:
+            self._arrays[name] = self.columns.column(name).to_numpy()
+        return self._arrays[name]
 
-    def _words(self, name: str) -> list[str]:
-        return [str(word) for word in self.columns.column(name).to_pylist()]
+    @cached_property
+    def _arrays(self) -> dict[str, NDArray[Any]]:
+        return {}
 
 
 class _Columns:
