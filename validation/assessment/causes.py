@@ -92,5 +92,6 @@ def _moved(posterior: Posterior, root: Array, group: str) -> float:
         return 0.0
     cross = squares.total[:-1, :-1][np.ix_(iron, own)]
     rows = squares.wanted[:, own] - squares.wanted[:, iron] @ root @ (root.T @ cross)
-    second = found.covariance[np.ix_(own, own)] + np.outer(found.mean[own], found.mean[own])
+    mean = (found.mean + posterior.model.taken)[own]
+    second = found.covariance[np.ix_(own, own)] + np.outer(mean, mean)
     return float(np.sqrt(np.einsum("ki,ij,kj->", rows, second, rows) / _headings(posterior)))

@@ -12,7 +12,8 @@ from scenarios.arrays import Array
 from validation.assessment.input_fields import moved_rms_deg
 from validation.assessment.level_flight import LevelFlight
 from validation.assessment.policy import ASSESSMENT
-from validation.assessment.posterior import Posterior, SensorDraws, at_mean_inputs
+from validation.assessment.posterior import Posterior, SensorDraws
+from validation.assessment.sensor_model import at_mean_inputs
 
 TURNED = "S_yx"
 """Parameter of fits that determine the sensor's turn in the body."""
@@ -83,11 +84,19 @@ def heading_error(fit: Calibration, posterior: Posterior | None, flight: LevelFl
 
 
 def _own_flight(fit: Calibration, flight: LevelFlight) -> LevelFlight:
-    """Return level flight in the scale of a calibration that finds the strength itself, a planar one the horizontal."""
+    """Return level flight in the scale of a calibration that finds the strength itself, a planar one the horizontal.
+
+    Where no field vector is stated, the planar one's tells the dip too: the accelerometer's needs a field of all axes.
+    """
     own_nT = fit.parameters.get(STRENGTH_NAME)
     if own_nT is None:
         return flight
-    return replace(flight, strength_nT=own_nT if fit.determines_z else own_nT * flight.strength_nT / flight.level_nT)
+    if fit.determines_z:
+        return replace(flight, strength_nT=own_nT)
+    if flight.source != "the field vector" and own_nT < flight.strength_nT:
+        steep = float(np.arccos(max(own_nT / flight.strength_nT, ASSESSMENT.least_level)))
+        flight = replace(flight, dip_rad=float(np.copysign(steep, flight.dip_rad)), source="the horizontal field")
+    return replace(flight, strength_nT=own_nT * flight.strength_nT / flight.level_nT)
 
 
 def _claimed(fit: Calibration) -> SensorDraws:

@@ -27,7 +27,7 @@ def _left(fit: Calibration, posterior: Posterior) -> tuple[Array, Array]:
     drawn_nT = posterior.drawn.moved_nT
     gains_nT = np.array([term.gain_nT for term in fit.inputs]).reshape(-1, 3)
     taken = np.broadcast_to(-gains_nT, (len(drawn_nT), *gains_nT.shape))
-    signals = [one for _, one in posterior.model.signals] + [term.moved(posterior.recording) for term in fit.inputs]
+    signals = [one.change for one in posterior.model.signals] + [term.moved(posterior.recording) for term in fit.inputs]
     series = np.array(signals).reshape(len(signals), len(posterior.recording))
     off = series - series.mean(axis=1, keepdims=True)
     return np.concatenate((drawn_nT, taken), axis=1), np.asarray(off @ off.T / max(1, off.shape[1]))

@@ -13,7 +13,7 @@ from scenarios.arrays import Array
 from validation.assessment.lean import Lean
 from validation.assessment.policy import ASSESSMENT
 
-DipSource = Literal["the field vector", "the accelerometer", "assumed"]
+DipSource = Literal["the field vector", "the accelerometer", "the horizontal field", "assumed"]
 HEADINGS = 24
 """Headings of level flight, evenly spaced: the error has at most two cycles a turn to first order."""
 

@@ -56,7 +56,8 @@ class LegSquares:
     """Squares (legs, k + 1, k + 1) of columns and misfit, the group of each column, and the number of rows.
 
     wanted : (q, k) the heading errors, linear in the parameters. firm, centre : prior precision (k,), 1 / nT^2, and
-    mean (k,) of the iron. unit_nT : F, the unit of the spreads. present : groups that are there beforehand.
+    mean (k,) of the iron, and mean of the disturbances. unit_nT : F, the unit of the spreads. present : groups that
+    are there beforehand.
     """
 
     squares: Array
@@ -162,7 +163,7 @@ class LegSquares:
         cross = inner @ inner.T @ N[np.ix_(iron, ~iron)]
         left = N[np.ix_(~iron, ~iron)] - N[np.ix_(~iron, iron)] @ cross
         names = tuple(name for name in self.groups if name != IRON)
-        pull = slope[~iron] - cross.T @ slope[iron]
+        pull = slope[~iron] - cross.T @ slope[iron] - left @ self.centre[~iron]
         return Marginal(left / (noise * scatter), pull / (noise * scatter), names, self.unit_nT, self.present)
 
     def _scatter(self, root: Array, mean: Array, name: str) -> float:

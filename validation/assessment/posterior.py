@@ -18,11 +18,11 @@ from scenarios.arrays import Array
 from validation.assessment.level_flight import LevelFlight
 from validation.assessment.mixture import Component, LegSquares, mixture
 from validation.assessment.policy import ASSESSMENT
-from validation.assessment.sensor_model import CURVE_TERMS, SensorModel, group_of
+from validation.assessment.sensor_model import CURVE_TERMS, TURNING, SensorModel, group_of
 from validation.signals.thinning import every_nth
 
 BASE, VECTOR_BASE = ("ellipsoid", "motor_ellipsoid"), ("vector_least_squares", "motor_vector")
-"""Calibrators that the model is linear about: the first that is ok."""
+"""Calibrators that the model is linear about: without and with terms of inputs and turning."""
 STEPS = 3
 """Gauss-Newton steps from a sphere where the motion does not determine the ellipsoid."""
 MOST_SAMPLES = 10_000
@@ -81,7 +81,7 @@ class SensorDraws:
         S = model.S + np.tensordot(entries, model.slots, 1)
         curves = parameters[:, iron : iron + CURVE_TERMS].reshape(-1, 2, 3)
         driven = iron + CURVE_TERMS + 3 * len(model.signals)
-        moved = parameters[:, iron + CURVE_TERMS : driven].reshape(len(parameters), -1, 3)
+        moved = (parameters + model.taken)[:, iron + CURVE_TERMS : driven].reshape(len(parameters), -1, 3)
         return cls(model.offset_nT + parameters[:, :3], S, curves, model.curve_scale, moved)
 
     def heading_rms_deg(self, fit: Calibration, flight: LevelFlight, *, turned: bool) -> Array:
@@ -118,25 +118,25 @@ def posterior_of(
 def _posterior(
     fits: Mapping[str, Calibration], recording: Recording, reference: Reference, flight: LevelFlight, *, vector: bool
 ) -> Posterior | None:
-    plain, driven = VECTOR_BASE if vector else BASE
-    first = fits.get(plain) or get(plain).fit(recording, reference)
-    fit = first if first.status.kind == "ok" else next((one for one in fits.values() if one.name == driven), first)
+    fit = _base_of(fits, recording, reference, *(VECTOR_BASE if vector else BASE))
     terms = next((one.inputs for one in fits.values() if one.inputs and one.status.kind == "ok"), ())
     recording = fit.used(recording)
     if len(recording) < LEAST_ROWS:
         return None
     if fit.status.kind == "ok":
-        base = at_mean_inputs(fit, recording)
-        return _about(base, recording, reference, flight, terms, vector=vector, determined=True)
+        return _about(fit, recording, reference, flight, terms, vector=vector, determined=True)
     return None if vector else _from_sphere(recording, reference, flight, terms)
 
 
-def at_mean_inputs(fit: Calibration, recording: Recording) -> Calibration:
-    """Return a calibration with the mean field of its inputs in the offset, where the posterior's offset has it."""
-    if not fit.inputs or not fit.has_estimate:
-        return fit
-    mean_nT = np.sum([term.field(recording).mean(axis=0) for term in fit.inputs], axis=0)
-    return replace(fit, offset_nT=np.asarray(fit.offset_nT) + mean_nT)
+def _base_of(
+    fits: Mapping[str, Calibration], recording: Recording, reference: Reference, plain: str, driven: str
+) -> Calibration:
+    """Return the calibration that the model is linear about: with terms of inputs or turning where one is ok."""
+    first = fits.get(plain) or get(plain).fit(recording, reference)
+    richer = next((one for one in fits.values() if one.name == driven and one.status.kind == "ok"), None)
+    if richer is None or (first.status.kind == "ok" and not richer.inputs and richer.eddy_s is None):
+        return first
+    return richer
 
 
 def _from_sphere(
@@ -174,11 +174,12 @@ def _about(
     model = SensorModel.about(base, recording, reference, terms, vector=vector)
     legs = legs_of(recording)
     firm, centre = (np.zeros(len(model.groups)),) * 2 if determined else _prior(model)
+    centre = centre - model.taken
     rows = len(recording) * model.rows_per_sample
     wanted = heading_rows(model, flight)
-    present = tuple(dict.fromkeys(group_of(term.channel) for term in terms))
+    present = {*(group_of(term.channel) for term in terms), *(() if base.eddy_s is None else (TURNING,))}
     squares = LegSquares(
-        model.squares(recording, legs), model.groups, rows, wanted, firm, centre, reference.strength_nT, present
+        model.squares(recording, legs), model.groups, rows, wanted, firm, centre, reference.strength_nT, tuple(present)
     )
     return Posterior(model, recording, squares, mixture(squares), legs, determined)
 

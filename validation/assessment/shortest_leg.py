@@ -26,8 +26,10 @@ LIKE = "standard-full"
 """Scenario whose sampling the legs have."""
 HEADING = "heading_rms"
 """Score that the legs are planned for."""
-MOST_SAMPLES = 20_000
+MOST_SAMPLES = 5_000
 """Samples of the recording that count beforehand."""
+COUNTS, CLOSE_S = (1, 2, 4, 8), 5.0
+"""Tried numbers of attitudes, and accuracy of the time: bounds of the search, which takes about a second."""
 MOST_TOLD = 4
 """Attitudes that are told."""
 
@@ -45,7 +47,8 @@ def shortest_leg(
         before = task.error_before
         worse = max(1.0, error.value / before) if np.isfinite(before) and before > 0 else 1.0
         target = ASSESSMENT.decided * tolerance_deg / worse
-        found = RouteSearch(task, ASSESSMENT.longest_s).shortest(target, ASSESSMENT.longest_s)
+        search = RouteSearch(task, ASSESSMENT.longest_s, COUNTS)
+        found = search.shortest(target, ASSESSMENT.longest_s, CLOSE_S)
     except (InputError, ArithmeticError, np.linalg.LinAlgError):
         return None
     if not found.error <= target:

@@ -95,12 +95,15 @@ class RouteSearch:
     Routes without legs of negligible time are added during the search.
     """
 
-    def __init__(self, task: PlanningTask, time_s: float) -> None:
-        """Collect routes; time_s : flight time, compared with information from before the flight."""
+    def __init__(self, task: PlanningTask, time_s: float, counts: Sequence[int] | None = None) -> None:
+        """Collect routes; time_s : flight time, compared with information from before the flight.
+
+        counts : tried numbers of legs, FEW without one, after a recording FEWER.
+        """
         self.task = task
         narrower = NARROWER if task.step_deg is None and task.before is None else NARROWER[:1]
         rows = [_within(task, time_s, share) for share in narrower]
-        self.routes = [route for angles, leg_rows in rows for route in _routes(task, angles, leg_rows)]
+        self.routes = [route for angles, leg_rows in rows for route in _routes(task, angles, leg_rows, counts)]
         self.least_in_a_second = np.sqrt(time_s) * _design_error(task, rows[0][1])
 
     def improve(self, time_s: float) -> None:
@@ -123,10 +126,13 @@ class RouteSearch:
         best = min((route.best(time_s) for route in self.routes), key=lambda one: one.error)
         return self._thinned(best) if np.isfinite(best.error) else best
 
-    def shortest(self, target: float, most_s: float) -> LegSelection:
-        """Return the shortest selection that meets the target, by bisection; the best within most_s if none does."""
+    def shortest(self, target: float, most_s: float, close_s: float = CLOSE_S) -> LegSelection:
+        """Return the shortest selection that meets the target, by bisection; the best within most_s if none does.
+
+        close_s : accuracy of the time.
+        """
         best, low, high = self.best(most_s), 0.0, most_s
-        while best.error <= target and high - low > CLOSE_S:
+        while best.error <= target and high - low > close_s:
             middle = (low + high) / 2
             tried = self.best(middle)
             if tried.error <= target:
@@ -199,9 +205,10 @@ def _within(task: PlanningTask, time_s: float, share: float) -> tuple[Array, Arr
     return angles, np.concatenate(halves, axis=1) * np.sqrt(time_s / task.interval_s / len(halves))
 
 
-def _routes(task: PlanningTask, angles: Array, rows: Array) -> list[Route]:
+def _routes(task: PlanningTask, angles: Array, rows: Array, counts: Sequence[int] | None = None) -> list[Route]:
     """Return routes through few attitudes of the optimal design."""
-    chosen = few(rows, task.wanted, FEW if task.before is None else FEWER, task.before)
+    usual = FEW if task.before is None else FEWER
+    chosen = few(rows, task.wanted, usual if counts is None else counts, task.before)
     return [_route(task, np.round(angles[places], 1)) for places in chosen]
 
 
