@@ -37,7 +37,7 @@ STILL_RAD_S = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class Signal:
+class InputSignal:
     """Change (n,) of an input over its rms, its group, and what the base takes off for a unit rms change, nT (3,)."""
 
     group: str
@@ -59,8 +59,8 @@ class SensorModel:
     slots: Array
     reference: Reference
     vector: bool
-    signals: tuple[Signal, ...]
-    turning: Turning | None = None
+    signals: tuple[InputSignal, ...]
+    turning: BodyTurning | None = None
 
     @classmethod
     def about(
@@ -79,7 +79,7 @@ class SensorModel:
         slots = FULL_SLOTS if vector else SYMMETRIC_SLOTS
         S, mean = np.asarray(np.linalg.inv(base.matrix)), at_mean_inputs(base, recording)
         signals = signals_of(recording, terms, base)
-        return cls(base, mean.offset_nT, S, slots, reference, vector, signals, Turning.of(recording))
+        return cls(base, mean.offset_nT, S, slots, reference, vector, signals, BodyTurning.of(recording))
 
     @property
     def groups(self) -> tuple[str, ...]:
@@ -156,7 +156,7 @@ class SensorModel:
 
 
 @dataclass(frozen=True, eq=False)
-class Turning:
+class BodyTurning:
     """Body rate and its change (n, 3) in units of the rms rate and of the square."""
 
     rate: Array
@@ -164,7 +164,7 @@ class Turning:
     rms_rad_s: float
 
     @classmethod
-    def of(cls, recording: Recording) -> Turning | None:
+    def of(cls, recording: Recording) -> BodyTurning | None:
         """Return the turning of a recording; None where it is not known or the body is still."""
         rate = body_rate(recording) if recording.origin.timed and len(recording) > 2 else None
         rms = 0.0 if rate is None else float(np.sqrt(np.mean(np.sum(rate**2, axis=1))))
@@ -186,7 +186,7 @@ def at_mean_inputs(fit: Calibration, recording: Recording) -> Calibration:
     return replace(fit, offset_nT=np.asarray(fit.offset_nT) + mean_nT)
 
 
-def signals_of(recording: Recording, terms: Sequence[InputTerm], base: Calibration) -> tuple[Signal, ...]:
+def signals_of(recording: Recording, terms: Sequence[InputTerm], base: Calibration) -> tuple[InputSignal, ...]:
     """Return the signals of the terms, and of inputs in whose group no term is; constant ones left out."""
     found = [(group_of(term.channel), term.moved(recording), term.channel) for term in terms]
     named = {name for name, _, _ in found}
@@ -210,8 +210,8 @@ def _logged(recording: Recording) -> Iterator[tuple[str, Array]]:
             yield WARMTH if kind == "temperature" else MOTORS, values
 
 
-def _signal(group: str, values: Array, gain_nT: Array) -> Signal | None:
+def _signal(group: str, values: Array, gain_nT: Array) -> InputSignal | None:
     """Return the signal of values (n,); None where they are constant or not finite."""
     off = values - values.mean()
     rms = float(np.sqrt(np.mean(off**2)))
-    return Signal(group, off / rms, gain_nT * rms) if np.isfinite(rms) and rms > ASSESSMENT.varies else None
+    return InputSignal(group, off / rms, gain_nT * rms) if np.isfinite(rms) and rms > ASSESSMENT.varies else None
