@@ -12,7 +12,7 @@ from typing import Self
 from calib.reference import Reference
 from recordings import Recording, read_recording
 from recordings.importer import sensors_in
-from recordings.manifest import file_of, read_manifest
+from recordings.manifest import file_of, is_dataset, read_manifest
 from recordings.reading import Reading
 from scenarios.errors import InputError
 from validation.calibrating.reference import reference_of
@@ -57,7 +57,7 @@ def file_sources(
     """
     found: list[Source] = []
     for path in paths:
-        runs = range(read_manifest(path).runs) if path.is_dir() and run is None else (run or 0,)
+        runs = range(read_manifest(path).runs) if is_dataset(path) and run is None else (run or 0,)
         suffix = " run {}" if len(runs) > 1 else ""
         stem = path.resolve().name if path.is_dir() else path.stem
         found += [Source.of_file(file_of(path, k), stem + suffix.format(k), k, reading) for k in runs]

@@ -96,12 +96,17 @@ def _text(path: Place, do: str) -> str:
         raise InputError("no such file", where=str(path), do=do) from None
 
 
+def is_dataset(path: Path) -> bool:
+    """Return whether a path is a directory, and no log that consists of several files."""
+    return path.is_dir() and marked_file(path) == path
+
+
 def file_of(path: Path, run: int) -> Path:
     """Return the file that a user names: `path` itself, or a run of the dataset in the directory `path`.
 
     Raises InputError for a run that the dataset lacks.
     """
-    if not path.is_dir() or marked_file(path) != path:
+    if not is_dataset(path):
         return path
     manifest = read_manifest(path)
     runs = manifest.runs

@@ -54,4 +54,6 @@ def read_run(path: Path, *, run: int = 0) -> tuple[Recording, Truth]:
 
 def parameters_of(file: Path) -> dict[str, Any]:
     """Return the true parameters in a simulated run's file; empty for a measured log."""
-    return read_metadata(file).parameters.model_dump(exclude_unset=True) if is_parquet(file) else {}
+    if file.is_dir() or not is_parquet(file):
+        return {}
+    return read_metadata(file).parameters.model_dump(exclude_unset=True)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from calib import Reference
-from recordings.manifest import read_manifest
+from recordings.manifest import is_dataset, read_manifest
 from recordings.reading import Reading
 from scenarios.plain import json_ready
 from validation.calibrating.reference import stated_reference, told_field
@@ -61,7 +61,7 @@ def inspect_file(
     Raises InputError for a file that cannot be read or has no columns of time and field.
     """
     found = inspect_log(read_log(path, maps=maps, reading=reading, run=run), reference)
-    runs = read_manifest(path).runs if path.is_dir() else 1
+    runs = read_manifest(path).runs if is_dataset(path) else 1
     return found if runs == 1 else replace(found, findings=(_one_of(runs, run), *found.findings))
 
 

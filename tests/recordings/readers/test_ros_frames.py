@@ -15,15 +15,18 @@ from rosbags.rosbag2.enums import CompressionFormat, CompressionMode
 from rosbags.typesys import get_types_from_msg
 from scipy.spatial.transform import Rotation
 
+import magbench
+from diagnosis.sources import file_sources
 from recordings.readers import load
 from scenarios.arrays import Array
 from scenarios.errors import InputError
 from tests.recordings.readers import ros_bags
-from tests.recordings.readers.flights import Flight, assert_same_flight
+from tests.recordings.readers.flights import FIELD_ENU_NT, Flight, assert_same_flight
 from tests.recordings.readers.ros_bags import Series, Types, vector, write_bag
 from tests.recordings.readers.test_ros import ns as stamps
 from tests.recordings.readers.test_ros import read
 
+FIELD_NT = float(np.linalg.norm(FIELD_ENU_NT))
 TIMES_S = np.arange(0.0, 8.0, 0.04)
 FLIGHT = Flight(TIMES_S)
 FRD, NED_Q = Rotation.from_quat([1, 0, 0, 0]), Rotation.from_quat([np.sqrt(0.5), np.sqrt(0.5), 0, 0])
@@ -184,3 +187,14 @@ def test_a_file_that_its_metadata_says_is_compressed(mode: CompressionMode, tmp_
     (tmp_path / "bag" / "metadata.yaml").unlink()
     with pytest.raises(InputError, match=r"is compressed by zstd|holds no message"):
         load(file, lambda name: True)
+
+
+def test_every_command_takes_a_directory(tmp_path: Path) -> None:
+    """A bag of several files is no dataset of simulated runs."""
+    series = [magnetic(Rotation.identity(), "base_link"), imu(Rotation.identity(), "base_link")]
+    write_plain(tmp_path / "bag", series)
+    found = magbench.inspect(tmp_path / "bag")
+    assert found.log.origin.magnetometer == "/imu/mag"
+    assert magbench.calibrate(tmp_path / "bag", FIELD_NT).status.kind == "ok"
+    (source,) = file_sources([tmp_path / "bag"], None)
+    assert source.name == "bag"
