@@ -38,7 +38,11 @@ def parameters_of(log: Dataflash) -> Parameters:
 
 
 def _recognises(path: Path, head: bytes) -> bool:
-    return head.startswith(MARK) and head[FMT_LENGTH : FMT_LENGTH + 2] == MARK[:2]
+    """Whether a file begins with a layout and a message, or holds these where its beginning was lost."""
+    start = head.find(MARK)
+    while start >= 0 and head[start + FMT_LENGTH : start + FMT_LENGTH + 2] != MARK[:2]:
+        start = head.find(MARK, start + 1)
+    return start >= 0
 
 
 def _read(path: Path, wanted: Wanted, stream: str | None) -> FileContents:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -26,8 +26,12 @@ from scenarios.errors import InputError
 
 FORMAT_LINE = re.compile(rb"^(?:\xef\xbb\xbf)?[ \t]*FMT *, *\d+ *, *\d+ *, *\w+ *, *\w+ *,", re.MULTILINE)
 """A line that lays out a type."""
-MOST_BYTES = 400_000_000
+MOST_BYTES, MOST_LINES = 150_000_000, 1_200_000
 """Longest log that is read; memory stays below 1 GB."""
+MOST_KINDS, MOST_ROW_BYTES = 16, 300_000_000
+"""Values of a message, by the format of the binary log, and bytes of a type's rows beyond which it is not read."""
+CHUNK = 20_000
+"""Lines that are taken apart at a time."""
 MOST_TYPES = 256
 TEXT_BYTES = 80
 """Longest text of a message that is kept."""
@@ -46,8 +50,7 @@ def read_text_log(path: Path) -> Dataflash:
     """Return the messages of a log as text; InputError for a log without a whole message, and for one too long."""
     with system_errors_about(path, "check the path and the permissions"):
         if path.stat().st_size > MOST_BYTES:
-            what = f"is a log as text of more than {MOST_BYTES // 1_000_000} MB"
-            raise InputError(what, where=str(path), do="give the .bin log that the text was made of")
+            raise _too_long(path)
         by_type, stray = _lines_by_type(path)
     layouts = _layouts(by_type.pop(b"FMT", []))
     types: dict[str, Messages] = {}
@@ -72,6 +75,8 @@ def _lines_by_type(path: Path) -> tuple[dict[bytes, Lines], int]:
     stray = 0
     with path.open("rb") as file:
         for number, line in enumerate(file):
+            if number >= MOST_LINES:
+                raise _too_long(path)
             match = _NAME.match(line.removeprefix(b"\xef\xbb\xbf"))
             if match:
                 found.setdefault(match[1], []).append((number, line[line.index(b",") + 1 :].rstrip(b"\r\n")))
@@ -80,17 +85,26 @@ def _lines_by_type(path: Path) -> tuple[dict[bytes, Lines], int]:
     return found, stray
 
 
+def _too_long(path: Path) -> InputError:
+    what = f"is a log as text of more than {MOST_BYTES // 1_000_000} MB or {MOST_LINES} lines"
+    return InputError(what, where=str(path), do="give the .bin log that the text was made of")
+
+
 def _layouts(lines: Lines) -> dict[str, MessageLayout]:
     """Return the layout of each type; the first of two definitions counts."""
     found: dict[str, MessageLayout] = {}
     for _, line in lines:
         parts = [part.strip() for part in line.decode("ascii", "replace").split(",")]
-        if len(parts) < 5 or parts[2] in found or parts[2] == "FMT" or len(found) >= MOST_TYPES:
-            continue
-        name, kinds, names = parts[2], parts[3], parts[4:][: len(parts[3])]
-        if set(kinds) <= set(CODES) and len(set(names)) == len(kinds) > 0 and all(names):
-            found[name] = _layout(name, dict(zip(names, kinds, strict=True)))
+        if len(parts) > 4 and parts[2] != "FMT" and parts[2] not in found and len(found) < MOST_TYPES:
+            found |= _layout_of(parts[2], parts[3], parts[4:])
     return found
+
+
+def _layout_of(name: str, kinds: str, names: Sequence[str]) -> dict[str, MessageLayout]:
+    """Return the layout by the type's name; none of a line that contradicts itself."""
+    own = dict(zip(names, kinds, strict=False))
+    usable = 0 < len(kinds) <= MOST_KINDS and set(kinds) <= set(CODES)
+    return {name: _layout(name, own)} if usable and len(own) == len(kinds) and all(own) else {}
 
 
 def _layout(name: str, kinds: Mapping[str, str]) -> MessageLayout:
@@ -104,13 +118,21 @@ def _layout(name: str, kinds: Mapping[str, str]) -> MessageLayout:
 def _rows(lines: Lines, layout: MessageLayout) -> tuple[Array, NDArray[Any]]:
     """Return the numbers of the lines (n,) that are whole, and their values as a structured array (n,)."""
     count = len(layout.kinds)
-    split = [(number, line.split(b",", count - 1)) for number, line in lines if line.count(b",") >= count - 1]
-    rows = np.zeros(len(split), layout.dtype)
-    columns = zip(*(parts for _, parts in split), strict=True) if split else ()
-    for (field, kind), column in zip(layout.kinds.items(), columns, strict=False):
-        rows[field] = [text.strip() for text in column] if kind in TEXTS + "a" else _numbers(column)
+    whole = [(number, line) for number, line in lines if line.count(b",") >= count - 1]
+    if len(whole) * layout.dtype.itemsize > MOST_ROW_BYTES:
+        whole = []
+    rows = np.zeros(len(whole), layout.dtype)
+    for first in range(0, len(whole), CHUNK):
+        split = (line.split(b",", count - 1) for _, line in whole[first : first + CHUNK])
+        _fill(rows[first : first + CHUNK], layout, zip(*split, strict=True))
     sound = _are_sound(rows, layout)
-    return np.array([number for number, _ in split], np.float64)[sound], rows[sound]
+    return np.array([number for number, _ in whole], np.float64)[sound], rows[sound]
+
+
+def _fill(rows: NDArray[Any], layout: MessageLayout, columns: Iterable[Sequence[bytes]]) -> None:
+    """Write columns of texts (n,) into the rows (n,)."""
+    for (field, kind), column in zip(layout.kinds.items(), columns, strict=True):
+        rows[field] = [text.strip() for text in column] if kind in TEXTS + "a" else _numbers(column)
 
 
 def _numbers(column: Sequence[bytes]) -> Array:

@@ -219,3 +219,11 @@ def test_two_receivers_a_late_fix_and_a_cold_inertial_unit(tmp_path: Path) -> No
     assert contents.place == pytest.approx((-33.5, 151.2, 12.0))
     np.testing.assert_allclose(contents.table["temperature_degC"].to_numpy(), 20 + 0.1 * ONE.time_s, atol=0.011)
     assert contents.table.num_rows == 120
+
+
+def test_a_log_whose_beginning_was_lost(tmp_path: Path) -> None:
+    log = of_firmware("ArduCopter V4.5.0")
+    write_compass(log, ONE.time_s, ONE.field_nT)
+    (tmp_path / "flight.bin").write_bytes(bytes(range(200)) + log.data())
+    contents = load(tmp_path / "flight.bin", lambda name: True)
+    assert_raw(contents, ONE.field_nT)

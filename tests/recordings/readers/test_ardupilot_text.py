@@ -78,9 +78,13 @@ def test_other_text_is_no_log_of_ardupilot(tmp_path: Path) -> None:
 
 def test_a_log_too_long_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = write_text(flight_log(flight(20)), tmp_path / "flight.log")
-    monkeypatch.setattr(text_log, "MOST_BYTES", 1000)
-    with pytest.raises(InputError, match="is a log as text of more than"):
-        load(path, everything)
+    for name in ("MOST_BYTES", "MOST_LINES"):
+        with monkeypatch.context() as patched:
+            patched.setattr(text_log, name, 100)
+            with pytest.raises(InputError, match="is a log as text of more than"):
+                load(path, everything)
+    monkeypatch.setattr(text_log, "CHUNK", 7)
+    assert load(path, everything).table.num_rows == 20
 
 
 @DAMAGED_FILES
