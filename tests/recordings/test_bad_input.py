@@ -209,7 +209,7 @@ CASES: dict[str, tuple[Make, list[str], tuple[str, ...]]] = {
     "field in T": (times(1e-9), [], ("like T", "unit=T")),
     "field in pT": (times(1e3), [], ("like pT", "unit=pT")),
     "field in counts": (times(5e-3 / 31.6), [], ("5.0", "raw counts", "scale=")),
-    "unit twice": (parquet(), [f"mag_{a}_nT=mag_{a}_nT,unit=uT" for a in "xyz"], ("3.162e+07", "like pT")),
+    "unit twice": (parquet(), [f"mag_{a}_nT=mag_{a}_nT,unit=uT" for a in "xyz"], ("3.162e7", "like pT")),
     "quaternion not unit": (parquet(**quaternion(2.0)), [], ("att_qw", "row 5 has norm 2", "w x y z")),
     "quaternion zero": (parquet(**quaternion(0.0)), [], ("row 5 has norm 0",)),
     "map of unknown column": (parquet(), ["mag_x_nT=bx"], ("no column 'bx'", "has time_s, mag_x_nT")),
