@@ -9,6 +9,7 @@ not seen), and a residual is the distance from the surface. With attitude and fi
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -17,13 +18,15 @@ from calib.acceptance import CorrectedField, widened
 from calib.held_out.legs import legs_of
 from calib.models.ellipsoid import SYMMETRIC_NAMES, SYMMETRIC_SLOTS
 from calib.models.vector import SOFT_IRON_NAMES
+from calib.numerics.colour import few_factor, inflation
 from calib.numerics.points import lengths
 from calib.numerics.rates import world_to_body
+from calib.observability import MAX_STD_FRACTION
 from calib.result import OFFSET_NAMES
 from recordings import Recording
 from scenarios.arrays import Array
 from validation.cross_validation.claimed_std import claim_of
-from validation.rechecking.noise import WanderingFit, larger
+from validation.rechecking.noise import WanderingFit, WeightedCovariances, larger
 
 LARGEST = 0.5
 """Standard deviation of d, E and k before the log is looked at, in units of the field: what a motion does not determine
@@ -32,24 +35,51 @@ STEPS, SETTLED = 30, 1e-6
 """Gauss-Newton steps at most, and step over the field at which the estimate has settled."""
 LEAST_NOISE = 1e-9
 """Least noise over the field; smaller residuals are rounding."""
-AXES = "xyz"
 
 
 @dataclass(frozen=True, eq=False)
 class ChangeEstimate:
     """Estimate of (d, F E, k_j times the largest current), nT, with covariance; the old calibration's is not in it.
 
-    values (p,), covariance (p, p); slots (m, 3, 3) of E's entries; mean_currents (motors,): over the largest; motors :
-    their numbers and largest currents, A; leftover_nT : rms of what the model leaves.
+    values (p,); spread : covariances (p, p) by models of the noise; mean_currents (motors,): over the largest; motors :
+    their numbers and largest currents, A; leftover_nT : rms of what the model leaves; shortfall (models,) : by how much
+    the claim of a calibrator, for the same noise, is too small.
     """
 
+    problem: _Problem
     values: Array
-    covariance: Array
-    slots: Array
-    strength_nT: float
+    spread: WeightedCovariances
+    shortfall: Array
     motors: tuple[tuple[int, float], ...] = ()
     mean_currents: Array | None = None
     leftover_nT: float = 0.0
+
+    @property
+    def covariance(self) -> Array:
+        """Return the covariance (p, p) over all models of the noise."""
+        return self.spread.mean
+
+    @property
+    def slots(self) -> Array:
+        """Return the places (m, 3, 3) of E's entries."""
+        return self.problem.slots
+
+    @property
+    def strength_nT(self) -> float:
+        """Return the field's strength."""
+        return self.problem.strength_nT
+
+    @cached_property
+    def from_none(self) -> ChangeEstimate | None:
+        """Return the estimate linear about no change, to test for none; None where the motion separates the parts."""
+        return None if self.separated else _about_none(self)
+
+    @property
+    def separated(self) -> bool:
+        """Return whether the motion determines offset and soft iron each, as an accepted calibration does."""
+        both = slice(0, 3 + self.entries)
+        worst_nT2 = float(np.linalg.eigvalsh(self.covariance[both, both])[-1])
+        return worst_nT2 < (MAX_STD_FRACTION * self.strength_nT) ** 2
 
     @property
     def entries(self) -> int:
@@ -121,10 +151,12 @@ def estimate_change(
         values[:3] = start.offset_nT
         values[3:9] = reference.strength_nT * (S - np.eye(3))[np.triu_indices(3)]
     values, covariance, misfit, static = _solved(problem, values)
-    covariance = _honest(problem, values, covariance, replace(used, mag_nT=static), misfit, reference)
-    covariance = _with_wandering(problem, values, covariance)
+    claimed, scattered = _honest(problem, values, covariance, replace(used, mag_nT=static), misfit, reference)
+    misfit, J, _ = problem.linear(values)
+    spread = _with_wandering(problem, J, misfit, scattered)
     rms = float(np.sqrt(np.mean(misfit**2)))
-    return ChangeEstimate(values, covariance, problem.slots, reference.strength_nT, named, means, rms)
+    shortfall = _shortfall(claimed, spread)
+    return ChangeEstimate(problem, values, spread, shortfall, named, means, rms)
 
 
 def _posed(
@@ -150,18 +182,40 @@ def _posed(
 
 def _solved(problem: _Problem, values: Array) -> tuple[Array, Array, Array, Array]:
     """Return values, covariance for white noise, residuals (n, r) and static field, by Gauss-Newton with the prior."""
-    F, p = problem.strength_nT, problem.size
-    prior = np.full(p, (LARGEST * F) ** -2)
+    F = problem.strength_nT
     for _ in range(STEPS):
         misfit, J, static = problem.linear(values)
-        rows, flat = J.reshape(-1, p), misfit.ravel()
-        noise_nT2 = float(flat @ flat) / max(len(flat) - p, 1) + (LEAST_NOISE * F) ** 2
-        covariance = np.asarray(np.linalg.inv(rows.T @ rows / noise_nT2 + np.diag(prior)), dtype=np.float64)
-        step = covariance @ (rows.T @ flat / noise_nT2 - prior * values)
+        step, covariance = _step(problem, J, misfit, misfit, values)
         if not np.isfinite(step).all() or np.abs(step).max() < SETTLED * F:
             break
         values = values + step * min(1.0, LARGEST * F / np.abs(step).max())
     return values, covariance, misfit, static
+
+
+def _step(problem: _Problem, J: Array, misfit: Array, noise: Array, values: Array) -> tuple[Array, Array]:
+    """Return the step of the values, and their covariance for white noise of the power of `noise` (n, r)."""
+    F, p = problem.strength_nT, problem.size
+    prior = np.full(p, (LARGEST * F) ** -2)
+    rows = J.reshape(-1, p)
+    noise_nT2 = float(np.sum(noise**2)) / max(noise.size - p, 1) + (LEAST_NOISE * F) ** 2
+    covariance = np.asarray(np.linalg.inv(rows.T @ rows / noise_nT2 + np.diag(prior)), dtype=np.float64)
+    return covariance @ (rows.T @ misfit.ravel() / noise_nT2 - prior * values), covariance
+
+
+def _about_none(found: ChangeEstimate) -> ChangeEstimate:
+    """Return the estimate by one step from no change, where the columns are taken.
+
+    A test of no change holds with these however far the estimate itself may lie off, since the columns are those of the
+    unchanged instrument.
+    """
+    problem = found.problem
+    misfit, J, _ = problem.linear(np.zeros(problem.size))
+    values, _ = _step(problem, J, misfit, misfit - J @ found.values, np.zeros(problem.size))
+    left = misfit - J @ values
+    _, covariance = _step(problem, J, misfit, left, values)
+    covariance = covariance * inflation(left) * few_factor(left.size - problem.size)
+    spread = _with_wandering(problem, J, left, covariance)
+    return replace(found, values=values, spread=spread, shortfall=_shortfall(covariance, spread))
 
 
 def _honest(
@@ -171,7 +225,7 @@ def _honest(
     static: Recording,
     misfit: Array,
     reference: Reference,
-) -> Array:
+) -> tuple[Array, Array]:
     """Return the covariance as a calibrator claims it, and as far as the legs bear that out."""
     F, m = problem.strength_nT, len(problem.slots)
     vector = problem.known is not None
@@ -186,7 +240,8 @@ def _honest(
     assert claimed.covariance is not None
     claim = claim_of(claimed, static, reference, legs_of(static))
     factor = claim.ratio**2 if claim is not None and claim.ratio > claim.limit else 1.0
-    return np.asarray(factor * claimed.covariance * np.outer(unit, unit))
+    whole = np.asarray(claimed.covariance * np.outer(unit, unit))
+    return whole, factor * whole
 
 
 def _as_fit(problem: _Problem, values: Array, covariance: Array, names: tuple[str, ...]) -> Calibration:
@@ -202,44 +257,16 @@ def _as_fit(problem: _Problem, values: Array, covariance: Array, names: tuple[st
     )
 
 
-def _with_wandering(problem: _Problem, values: Array, covariance: Array) -> Array:
+def _with_wandering(problem: _Problem, J: Array, misfit: Array, covariance: Array) -> WeightedCovariances:
     """Return the covariance, enlarged where noise wanders, on the sensor's axes or in the field's strength."""
-    misfit, J, _ = problem.linear(values)
     prior = np.eye(problem.size) * float(np.mean(misfit**2)) / (LARGEST * problem.strength_nT) ** 2
     across = J[:, :, :3]
     ways = [across] if problem.known is not None else [across, np.ones((*misfit.shape, 1))]
-    for a in ways:
-        covariance = larger(covariance, WanderingFit(J, a, misfit).covariance(prior))
-    return covariance
+    found = WanderingFit(J, misfit, ways).covariances(prior)
+    return WeightedCovariances(found.weights, np.array([larger(covariance, one) for one in found.covariances]))
 
 
-def of_old(old: Calibration, estimate: ChangeEstimate) -> Array:
-    """Return the old calibration's claimed covariance as one of the change's values (p, p); zero without a claim.
-
-    d = -A db,  E = -A dS, of which the strength sees the symmetric half
-    """
-    p = len(estimate.values)
-    if old.covariance is None:
-        return np.zeros((p, p))
-    moved = np.array([_moved(name, old.matrix, estimate) for name in old.covariance_names])
-    return np.asarray(moved.T @ old.covariance @ moved)
-
-
-def _moved(name: str, A: Array, estimate: ChangeEstimate) -> Array:
-    """Return d values / d a parameter of the old calibration (p,)."""
-    found = np.zeros(len(estimate.values))
-    if name in OFFSET_NAMES:
-        found[:3] = -A[:, OFFSET_NAMES.index(name)]
-        return found
-    dS = np.zeros((3, 3))
-    if name == "scale":
-        dS = np.eye(3)
-    elif name in SOFT_IRON_NAMES:
-        i, j = AXES.index(name[2]), AXES.index(name[3])
-        dS[i, j] = 1.0
-    E = -A @ dS * estimate.strength_nT
-    if estimate.entries == 9:
-        found[3:12] = E.ravel()
-    else:
-        found[3:9] = ((E + E.T) / 2)[np.triu_indices(3)]
-    return found
+def _shortfall(claimed: Array, spread: WeightedCovariances) -> Array:
+    """Return the mean ratio of each covariance to a claim, at least 1."""
+    inverse = np.linalg.pinv(claimed, hermitian=True)
+    return np.asarray((np.einsum("pq,kqp->k", inverse, spread.covariances) / len(claimed)).clip(1.0))

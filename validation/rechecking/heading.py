@@ -6,12 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial.transform import Rotation
-from scipy.stats import norm
 
 from calib import Reference
 from recordings import Recording
 from scenarios.arrays import Array
 from validation.rechecking.change import ChangeEstimate
+from validation.rechecking.noise import WeightedCovariances
+from validation.rechecking.tails import reach
 from validation.scoring.hold_out import LEVEL_TILT_RAD, uniform_attitudes
 
 HEADINGS = 24
@@ -28,25 +29,29 @@ DOWN_G = 5.0
 
 @dataclass(frozen=True, eq=False)
 class HeadingErrors:
-    """Heading errors (q,) of a change on a level survey, without their signs, and their standard deviations, deg."""
+    """Heading errors (q,) of a change on a level survey, without their signs, deg.
+
+    std_deg (k, q) : standard deviations by models of the noise; weights (k,) of the models.
+    """
 
     error_deg: Array
     std_deg: Array
+    weights: Array
 
     @classmethod
-    def of(cls, estimate: ChangeEstimate, covariance: Array, columns: Array) -> HeadingErrors:
+    def of(cls, estimate: ChangeEstimate, spread: WeightedCovariances, columns: Array) -> HeadingErrors:
         """Return the errors by the columns (q, p) of `heading_columns`."""
-        std_deg = np.sqrt(np.einsum("qp,pr,qr->q", columns, covariance, columns))
-        return cls(np.abs(columns @ estimate.values), std_deg)
+        variances = np.einsum("qp,kpr,qr->kq", columns, spread.covariances, columns, optimize=True)
+        return cls(np.abs(columns @ estimate.values), np.sqrt(variances.clip(0.0)), spread.weights)
 
     def excluded(self, chance: float) -> float:
         """Return the least error that every heading excludes by a one-sided test with this chance of an error."""
-        return float(np.max(self.error_deg + norm.isf(chance) * self.std_deg))
+        return float(np.max(self.error_deg + reach(chance, self.std_deg, self.weights)))
 
-    def interval(self, z: float) -> tuple[float, float, float]:
-        """Return the largest error, and the ends of its interval of z standard deviations."""
-        low = float(np.max(self.error_deg - z * self.std_deg))
-        return float(self.error_deg.max()), max(low, 0.0), float(np.max(self.error_deg + z * self.std_deg))
+    def interval(self, chance: float) -> tuple[float, float, float]:
+        """Return the largest error, and the ends of its interval; the chance is that of either side."""
+        wide = reach(chance, self.std_deg, self.weights)
+        return float(self.error_deg.max()), max(float(np.max(self.error_deg - wide)), 0.0), self.excluded(chance)
 
 
 def dip_of(corrected: Recording, reference: Reference) -> tuple[float, str]:

@@ -1,100 +1,145 @@
-"""Covariance of a least-squares estimate in noise that wanders, from the autocovariance of its residuals.
+"""Covariance of a least-squares estimate in noise that wanders, by models of the noise weighted by their likelihood.
 
-y_i = J_i theta + a_i n_i,  cov(n_i, n_j) = c(|i - j|) 1,  c(l) = v_0 [l = 0] + sum_j v_j exp(-l / tau_j),  v >= 0
+y_i = J_i theta + a_i n_i + w_i,  w white of variance s^2,  cov(n_i, n_j) = s^2 q exp(-|i - j| / tau) 1
 
-a_i (r, 3): how noise of the three axes enters row i; noise of the field's strength enters with a = 1. The powers v are
-those whose expected autocovariance of the residuals r = M y, M = 1 - J N^-1 J^T, is nearest to the measured one: what
-the fit takes from slow noise is in the expectation, so that powers are not underestimated.
+a_i (r, k): how noise that wanders enters row i: on the sensor's axes by the surface's normal, in the field's strength
+with a = 1. Each model (a, tau, q) of a grid has a restricted likelihood, in which theta and s are integrated out
+[PattersonThompson1971]:
 
-cov(theta) = N^-1 (sum_ij J_i^T a_i a_j^T J_j c(|i - j|)) N^-1,  N = sum_i J_i^T J_i
+log L = -(log|V| + log|J^T V^-1 J| + (n - p) log e^T V^-1 e) / 2,  V = 1 + q a a^T exp(-|i - j| / tau)
+
+e the generalised residual. cov(theta) of model k is N^-1 J^T (s^2 V) J N^-1, N = J^T J. A log with few independent
+samples leaves several models likely; tests and intervals take all of them, weighted, as Student's t takes the variance.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import nnls
 from scipy.signal import lfilter
 
 from scenarios.arrays import Array
+from scenarios.kernel_cache import njit
 
 TIMES = 6
-"""Time constants that are tried, from one sample to the longest lag in equal ratios."""
-LONGEST = 3
-"""Longest lag: this part of the log; longer lags have too few pairs that are independent."""
-LAGS = 40
-"""Lags at which the autocovariance is taken, in equal ratios."""
-LEAST_ROWS = 60
-"""Rows below which no autocovariance is estimated."""
-MOST_ROWS = 2000
-"""Rows from which the powers are estimated; of longer logs evenly spaced rows."""
+"""Time constants of the grid, from one sample to LONGEST of the log in equal ratios."""
+LONGEST = 1 / 3
+"""Longest time constant, as a part of the log: what is slower is an offset of this log."""
+RATIOS = tuple(float(q) for q in np.geomspace(1e-3, 30.0, 7))
+"""Power of the noise that wanders over the white noise's, q: the grid's values."""
+MOST_ROWS = 4000
+"""Rows from which the likelihood is computed; of longer logs evenly spaced rows."""
+UNLIKELY = 1e-6
+"""Weight below which a model is left out."""
+
+
+@dataclass(frozen=True, eq=False)
+class WeightedCovariances:
+    """Covariances (k, p, p) of an estimate by models of the noise, and the models' weights (k,), of sum 1."""
+
+    weights: Array
+    covariances: Array
+
+    @property
+    def mean(self) -> Array:
+        """Return the covariance (p, p) of the mixture."""
+        return np.asarray(np.tensordot(self.weights, self.covariances, 1))
 
 
 @dataclass(frozen=True, eq=False)
 class WanderingFit:
-    """A fit's columns J (n, r, p), entry of noise a (n, r, k) and residuals (n, r), rows in order of time."""
+    """A fit's columns J (n, r, p) and residuals (n, r), rows in order of time, and the ways of noise a (n, r, k)."""
 
     J: Array
-    a: Array
     r: Array
+    ways: Sequence[Array]
 
-    def covariance(self, prior: Array) -> Array | None:
-        """Return the covariance (p, p) of the estimate, None for too few rows; prior (p, p) : its information."""
-        if len(self.r) < LEAST_ROWS:
-            return None
+    def covariances(self, prior: Array) -> WeightedCovariances:
+        """Return the covariance of the estimate by each model that is not unlikely; prior (p, p) : its information."""
+        inverse = np.asarray(np.linalg.inv(np.einsum("nrp,nrq->pq", self.J, self.J) + prior))
         step = -(-len(self.r) // MOST_ROWS)
-        part = WanderingFit(self.J[::step], self.a[::step], self.r[::step])
-        taus, powers = part.powers(prior)
-        x = self._seen(self.J)
-        meat = sum(power * _between(x, tau * step) for tau, power in zip(taus, powers, strict=True))
-        inverse = self._inverse(prior)
-        return np.asarray(inverse @ meat @ inverse)
-
-    def powers(self, prior: Array) -> tuple[Array, Array]:
-        """Return time constants in samples, 0 for white noise, and the variance of each."""
-        n = len(self.r)
-        lags = np.unique(np.concatenate([[0], np.geomspace(1, n // LONGEST, LAGS).astype(int)]))
-        taus = np.concatenate([[0.0], np.geomspace(1.0, n // LONGEST, TIMES)])
-        s, x, inverse = np.einsum("nrk,nr->nk", self.a, self.r), self._seen(self.J), self._inverse(prior)
-        outer = np.einsum("nrk,nrl->nkl", self.a, self.a).reshape(n, -1)
-        pairs = _lagged(outer, outer, lags)
-        design = np.column_stack([self._expected(x, outer, inverse, tau, lags, pairs) for tau in taus])
-        weight = 1.0 / np.sqrt(pairs.clip(np.finfo(float).tiny))
-        powers, _ = nnls(weight[:, None] * design, weight * _lagged(s, s, lags))
-        return taus, powers
-
-    def _inverse(self, prior: Array) -> Array:
-        return np.asarray(np.linalg.inv(np.einsum("nrp,nrq->pq", self.J, self.J) + prior))
-
-    def _seen(self, columns: Array) -> Array:
-        """Return a^T columns (n, k, p)."""
-        return np.asarray(np.einsum("nrk,nrp->nkp", self.a, columns))
-
-    def _expected(self, x: Array, outer: Array, inverse: Array, tau: float, lags: Array, pairs: Array) -> Array:
-        """Return sums over pairs at each lag of the residuals' covariance M C M, for noise of unit power.
-
-        C - H C - C H + H C H,  H = J N^-1 J^T
-        """
-        n, k = x.shape[:2]
-        square = outer.reshape(n, k, k)
-        moved = square @ _followed(x, tau)  # a^T C J
-        flat, left = x.reshape(n, -1), (moved @ inverse).reshape(n, -1)
-        both = (x @ (inverse @ _between(x, tau) @ inverse)).reshape(n, -1)
-        unit = (lags == 0).astype(float) if tau == 0 else np.exp(-lags / tau)
-        return pairs * unit - _lagged(flat, left, lags) - _lagged(left, flat, lags) + _lagged(flat, both, lags)
+        rows = np.ascontiguousarray(np.concatenate([self.J, self.r[:, :, None]], axis=2)[::step])
+        taus = np.geomspace(1.0, max(LONGEST * len(rows), 2.0), TIMES)
+        white = _between(self.J, 0.0)
+        log, meat = [], []
+        for a in self.ways:
+            seen = np.asarray(np.einsum("nrk,nrp->nkp", a, self.J))
+            thin = np.ascontiguousarray(a[::step])
+            for tau in taus:
+                slow = _between(seen, tau * step)
+                for q in RATIOS:
+                    likelihood, white_nT2 = _restricted(rows, thin, tau, q, prior)
+                    log.append(likelihood)
+                    meat.append(white_nT2 * (white + q * slow))
+        weights = np.exp(np.array(log) - max(log))
+        weights /= weights.sum()
+        kept = weights > UNLIKELY
+        covariances = inverse @ np.array(meat)[kept] @ inverse
+        return WeightedCovariances(weights[kept] / weights[kept].sum(), covariances)
 
 
-def larger(one: Array, other: Array | None) -> Array:
+def larger(one: Array, other: Array) -> Array:
     """Return the least covariance (p, p) that is `one`, and `other` in the directions where that is larger."""
-    if other is None:
-        return one
     values, axes = np.linalg.eigh(one)
     least = np.finfo(float).tiny
     root, back = axes * np.sqrt(values.clip(0.0)), (axes / np.sqrt(values.clip(least))).T
     ratio, along = np.linalg.eigh(back @ other @ back.T)
     grown = root @ along
     return np.asarray((grown * ratio.clip(1.0)) @ grown.T)
+
+
+def _restricted(rows: Array, a: Array, tau: float, q: float, prior: Array) -> tuple[float, float]:
+    """Return the log of the restricted likelihood, and s^2, of rows (n, r, p + 1): columns and residual."""
+    gram, logdet = _whitened(rows, a, float(np.exp(-1.0 / tau)), q)
+    information = gram[:-1, :-1] + prior
+    left = float(gram[-1, -1] - gram[:-1, -1] @ np.linalg.solve(information, gram[:-1, -1]))
+    free = max(rows.shape[0] * rows.shape[1] - len(prior), 1)
+    left = max(left, float(np.finfo(float).tiny))
+    return -0.5 * (logdet + float(np.linalg.slogdet(information)[1]) + free * float(np.log(left))), left / free
+
+
+@njit(cache=True, fastmath={"reassoc", "contract"})
+def _whitened(rows: Array, a: Array, kept: float, q: float) -> tuple[Array, float]:
+    """X^T V^-1 X (c, c) of rows X (n, r, c), and log|V|, by a Kalman filter of the noise n (k,), kept = exp(-1 / tau).
+
+    The c columns are filtered with the same gains, so that their innovations are the whitened columns.
+    """
+    n, r, c = rows.shape
+    k = a.shape[2]
+    state, P, gram, logdet = np.zeros((k, c)), q * np.eye(k), np.zeros((c, c)), 0.0
+    e, Pa = np.empty(c), np.empty(k)
+    for i in range(n):
+        state *= kept
+        for u in range(k):
+            for v in range(k):
+                P[u, v] *= kept * kept
+            P[u, u] += (1.0 - kept * kept) * q
+        for j in range(r):
+            f = 1.0
+            for u in range(k):
+                Pa[u] = 0.0
+                for v in range(k):
+                    Pa[u] += P[u, v] * a[i, j, v]
+                f += a[i, j, u] * Pa[u]
+            for m in range(c):
+                e[m] = rows[i, j, m]
+                for u in range(k):
+                    e[m] -= a[i, j, u] * state[u, m]
+            for m in range(c):
+                for u in range(k):
+                    state[u, m] += Pa[u] * e[m] / f
+                for o in range(m + 1):
+                    gram[m, o] += e[m] * e[o] / f
+            for u in range(k):
+                for v in range(k):
+                    P[u, v] -= Pa[u] * Pa[v] / f
+            logdet += np.log(f)
+    for m in range(c):
+        for o in range(m):
+            gram[o, m] = gram[m, o]
+    return gram, logdet
 
 
 def _followed(x: Array, tau: float) -> Array:
@@ -111,8 +156,3 @@ def _followed(x: Array, tau: float) -> Array:
 def _between(x: Array, tau: float) -> Array:
     """Return sum_ij x_i^T x_j exp(-|i - j| / tau), (p, p)."""
     return np.asarray(np.einsum("nkp,nkq->pq", x, _followed(x, tau), optimize=True))
-
-
-def _lagged(x: Array, y: Array, lags: Array) -> Array:
-    """Return sum_i x_i . y_i+l at each lag."""
-    return np.array([float(np.einsum("nk,nk->", x[: len(x) - lag], y[lag:])) for lag in lags])

@@ -5,13 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import ndtri
 
 from calib import Calibration
-from calib.observability import MAX_STD_FRACTION
 from scenarios.arrays import Array
 from validation.rechecking.change import ChangeEstimate
 from validation.rechecking.heading import anywhere, heading_columns
+from validation.rechecking.noise import WeightedCovariances
+from validation.rechecking.old_claim import with_old
+from validation.rechecking.tails import ROUNDING, chance_of, reach
 
 FALSE_ALARM = 0.01
 """Chance at most that a change is called significant where there is none, shared among the tests."""
@@ -19,15 +21,17 @@ NEGLIGIBLE = 0.1
 """Share of the tolerance below which a significant change does not count, by the angle that the change can turn the
 horizontal field in any attitude: a long log shows changes of a nanotesla."""
 SCALE, OFFSET, SOFT_IRON, MOTORS, JOINT = "scale", "offset", "soft iron", "motor currents", "offset or soft iron"
-ROUNDING = 1e-10
-"""Eigenvalue of a scaled covariance below which a direction is a sum that is zero, as of the diagonal of soft iron."""
+OUTSIDE = 0.025
+"""Chance on either side of a 95 % interval."""
+INTERVAL_Z = float(-ndtri(OUTSIDE))
 
 
 @dataclass(frozen=True, eq=False)
 class PartChange:
     """Change of one part, with 95 % intervals.
 
-    what : offset, scale, soft iron, motor currents. value, std : per component, in `unit`; chance : of as large an
+    what : offset, scale, soft iron, motor currents. value, std : per component, in `unit`, std so that INTERVAL_Z std
+    is half the interval; chance : of as large an
     estimate without a change; significant : below the limit of the tests. heading_deg : the largest heading error that
     this part makes by itself.
     """
@@ -58,33 +62,44 @@ class _Part:
 
 
 def changed_parts(
-    old: Calibration, estimate: ChangeEstimate, covariance: Array, dip_rad: float, unit: str
+    old: Calibration, estimate: ChangeEstimate, spread: WeightedCovariances, dip_rad: float, unit: str
 ) -> tuple[PartChange, ...]:
     """Return the change of each part; offset and soft iron together where the motion does not separate them.
 
-    covariance (p, p) : with the old calibration's. unit : of an offset, nT or counts.
+    spread : covariances with the old calibration's. unit : of an offset, nT or counts.
     """
+    level, angle = heading_columns(estimate, dip_rad), anywhere(estimate, dip_rad)
     wanted = _parts(old, estimate, unit)
     limit = FALSE_ALARM / (len(wanted) + 1)
-    level, angle = heading_columns(estimate, dip_rad), anywhere(estimate, dip_rad)
-    found = [_change(one, limit, estimate.values, covariance, level, angle) for one in wanted]
-    joint = None if _separated(estimate) else _joint(wanted, estimate.values, covariance, unit)
-    if any(part.significant for part in found if part.what != SCALE) or joint is None:
+    joint = None if estimate.separated else _joint(wanted, estimate.values, spread.mean, unit)
+    every = [*wanted, *([] if joint is None else [joint])]
+    none = _chances(old, estimate.from_none, wanted, unit)
+    found = [_change(one, (limit, none.get(one.what, 0.0)), estimate.values, spread, level, angle) for one in every]
+    if joint is None or not any(part.significant for part in found[:-1] if part.what != SCALE):
         return tuple(found)
-    return (*found, _change(joint, limit, estimate.values, covariance, level, angle))
+    return tuple(found[:-1])
 
 
-def _separated(estimate: ChangeEstimate) -> bool:
-    """Return whether the motion determines offset and soft iron each, as well as an accepted calibration does."""
-    both = slice(0, 3 + estimate.entries)
-    worst_nT2 = float(np.linalg.eigvalsh(estimate.covariance[both, both])[-1])
-    return worst_nT2 < (MAX_STD_FRACTION * estimate.strength_nT) ** 2
+def _chances(old: Calibration, none: ChangeEstimate | None, wanted: list[_Part], unit: str) -> dict[str, float]:
+    """Return the chance of each part by the estimate about no change; empty without one."""
+    if none is None:
+        return {}
+    spread = with_old(old, none)
+    joint = _joint(wanted, none.values, spread.mean, unit)
+    every = [*wanted, *([] if joint is None else [joint])]
+    return {one.what: _chance(one, none.values, spread) for one in every}
+
+
+def _chance(part: _Part, values: Array, spread: WeightedCovariances) -> float:
+    spreads = part.rows @ spread.covariances @ part.rows.T
+    return chance_of(part.rows @ values, spreads, spread.weights, part.freedom)
 
 
 def motors_seen(estimate: ChangeEstimate) -> bool:
     """Return whether the motors' terms together are significant."""
     rows = np.eye(len(estimate.values))[3 + estimate.entries :]
-    return _chance(rows @ estimate.values, rows @ estimate.covariance @ rows.T, len(rows)) < FALSE_ALARM
+    spreads = rows @ estimate.spread.covariances @ rows.T
+    return chance_of(rows @ estimate.values, spreads, estimate.spread.weights, len(rows)) < FALSE_ALARM
 
 
 def _parts(old: Calibration, estimate: ChangeEstimate, unit: str) -> list[_Part]:
@@ -106,17 +121,26 @@ def _parts(old: Calibration, estimate: ChangeEstimate, unit: str) -> list[_Part]
     return found
 
 
-def _change(part: _Part, limit: float, values: Array, covariance: Array, level: Array, angle: Array) -> PartChange:
-    value, spread = part.rows @ values, part.rows @ covariance @ part.rows.T
+def _change(
+    part: _Part,
+    limits: tuple[float, float],
+    values: Array,
+    spread: WeightedCovariances,
+    level: Array,
+    angle: Array,
+) -> PartChange:
+    """Return a part's change; limits : of the chance, and the least chance by the estimate about no change."""
+    value, spreads = part.rows @ values, part.rows @ spread.covariances @ part.rows.T
     alone = np.linalg.pinv(part.rows) @ value
-    chance = _chance(value, spread, part.freedom)
+    chance = max(_chance(part, values, spread), limits[1])
+    stds = np.sqrt(np.einsum("kmm->km", spreads).clip(0.0))
     return PartChange(
         part.what,
         value,
-        np.sqrt(np.diag(spread)),
+        reach(OUTSIDE, stds, spread.weights) / INTERVAL_Z,
         part.unit,
         chance,
-        chance < limit,
+        chance < limits[0],
         float(np.abs(level @ alone).max()),
         float(np.linalg.norm(angle @ alone, axis=1).max()),
     )
@@ -132,13 +156,6 @@ def _joint(parts: list[_Part], values: Array, covariance: Array, unit: str) -> _
     direction = along @ rows
     length = float(np.linalg.norm(direction))
     return _Part(JOINT, direction[None] / length, unit, freedom) if length > 0 else None
-
-
-def _chance(value: Array, spread: Array, freedom: int) -> float:
-    """Return the chance of as large an estimate of zeros: Wald's test, chi squared."""
-    size = _sizes(spread)
-    inverse = np.linalg.pinv(spread / np.outer(size, size), rcond=ROUNDING, hermitian=True)
-    return float(chi2.sf(value / size @ inverse @ (value / size), freedom))
 
 
 def _sizes(spread: Array) -> Array:

@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from scipy.stats import chi2, ncx2, norm
 
 from calib import Calibration, Reference
 from calib.observability import remedy_text
@@ -19,9 +18,12 @@ from recordings import Recording
 from scenarios.arrays import Array
 from scenarios.errors import InputError
 from validation.calibrating.correction import corrected_field
-from validation.rechecking.change import ChangeEstimate, estimate_change, of_old
+from validation.rechecking.change import ChangeEstimate, estimate_change
 from validation.rechecking.heading import HeadingErrors, dip_of, heading_columns
-from validation.rechecking.parts import FALSE_ALARM, PartChange, changed_parts, motors_seen
+from validation.rechecking.noise import WeightedCovariances
+from validation.rechecking.old_claim import with_old
+from validation.rechecking.parts import FALSE_ALARM, OUTSIDE, PartChange, changed_parts, motors_seen
+from validation.rechecking.tails import size_found
 from validation.screening.screening import screen
 from validation.text import figure
 
@@ -33,7 +35,6 @@ WRONG_VALID = 0.01
 exclude it alone (intersection of one-sided tests), so that no heading's test needs a correction."""
 POWER = 0.95
 """Chance with which a change of the stated size is found."""
-INTERVAL_Z = float(norm.ppf(0.975))
 LEAST_SAMPLES = 30
 """Samples below which a log is not looked at."""
 TURNED = "S_yx"
@@ -110,19 +111,19 @@ def _judged(
     dip_rad, known_by = dip_of(corrected, reference)
     if known_by.startswith("assumed"):
         notes.append(f"the dip of the field is {known_by}; state the field vector, or place and date")
-    covariance = estimate.covariance + of_old(old, estimate)
-    errors = HeadingErrors.of(estimate, covariance, heading_columns(estimate, dip_rad))
+    spread = with_old(old, estimate)
+    errors = HeadingErrors.of(estimate, spread, heading_columns(estimate, dip_rad))
     excluded_deg = errors.excluded(WRONG_VALID)
-    parts = changed_parts(old, estimate, covariance, dip_rad, unit)
+    parts = changed_parts(old, estimate, spread, dip_rad, unit)
     verdict = _verdict(excluded_deg, tolerance_deg, parts)
     return Recheck(
         verdict,
         tolerance_deg,
-        errors.interval(INTERVAL_Z),
+        errors.interval(OUTSIDE),
         excluded_deg,
-        _found_nT(old, covariance, len(parts)),
+        _found_nT(old, spread, len(parts)),
         parts,
-        _missing(covariance, excluded_deg, tolerance_deg) if verdict == "cannot tell" else "",
+        _missing(spread.mean, excluded_deg, tolerance_deg) if verdict == "cannot tell" else "",
         tuple(dict.fromkeys(notes)),
         "vector" if vector else "strength",
         unit,
@@ -153,16 +154,13 @@ def _with_motors_if_seen(corrected: Recording, reference: Reference, vector: boo
     return estimate
 
 
-def _found_nT(old: Calibration, covariance: Array, tests: int) -> float:
+def _found_nT(old: Calibration, spread: WeightedCovariances, tests: int) -> float:
     """Return the offset change, in the direction where it is seen worst, that the test finds with POWER."""
     back = np.linalg.inv(old.matrix)
-    worst_nT2 = float(np.linalg.eigvalsh(back @ covariance[:3, :3] @ back.T)[-1])
-    limit = chi2.isf(FALSE_ALARM / tests, 3)
-    low, high = 0.0, 1e3
-    for _ in range(60):
-        middle = (low + high) / 2
-        low, high = (middle, high) if ncx2.sf(limit, 3, middle) < POWER else (low, middle)
-    return float(np.sqrt(high * worst_nT2))
+    offsets = back @ spread.covariances[:, :3, :3] @ back.T
+    worst = np.linalg.eigh(np.tensordot(spread.weights, offsets, 1))[1][:, -1]
+    variances = np.asarray(worst @ offsets @ worst)
+    return size_found(variances, spread.weights, FALSE_ALARM / tests, POWER, 3)
 
 
 def _missing(covariance: Array, excluded_deg: float, tolerance_deg: float) -> str:

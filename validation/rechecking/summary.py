@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from scenarios.plain import json_ready
-from validation.rechecking.parts import JOINT, OFFSET, SCALE, PartChange
-from validation.rechecking.recheck import INTERVAL_Z, Recheck
+from validation.rechecking.parts import INTERVAL_Z, JOINT, OFFSET, SCALE, PartChange
+from validation.rechecking.recheck import Recheck
 from validation.text import figure, listed
 
 HEADS = ("part", "change", "95 %", "unit", "heading error", "chance without a change")
