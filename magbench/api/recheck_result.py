@@ -53,7 +53,8 @@ class RecheckResult(Recheck, Displayed):
         import numpy as np
 
         from reports.plots.field import draw_clouds
+        from validation.rechecking.logged_inputs import with_logged_inputs
 
-        corrected_nT = self.old.apply(self.recording)
+        corrected_nT = with_logged_inputs(self.old, self.recording)[0].apply(self.recording)
         clouds = {"raw": self.recording.mag_nT, f"corrected: {self.old.name}": corrected_nT}
         return draw_clouds(clouds, float(np.median(np.linalg.norm(corrected_nT, axis=1))))

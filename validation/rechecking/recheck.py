@@ -20,6 +20,7 @@ from scenarios.errors import InputError
 from validation.calibrating.correction import corrected_field
 from validation.rechecking.change import ChangeEstimate, estimate_change
 from validation.rechecking.heading import HeadingErrors, dip_of, heading_columns
+from validation.rechecking.logged_inputs import with_logged_inputs
 from validation.rechecking.noise import WeightedCovariances
 from validation.rechecking.old_claim import with_old
 from validation.rechecking.parts import FALSE_ALARM, OUTSIDE, PartChange, changed_parts, motors_seen
@@ -84,6 +85,8 @@ def recheck(
     seen = screening.recording
     if len(seen) < LEAST_SAMPLES:
         return _unknown(tolerance_deg, f"{len(seen)} samples are too few: record {LEAST_SAMPLES} or more", notes)
+    old, told = with_logged_inputs(old, seen)
+    notes += told
     corrected = replace(seen, mag_nT=corrected_field(old, seen, old.name), array_mag_nT=None)
     if reference is None:
         reference = Reference(float(np.median(np.linalg.norm(corrected.mag_nT, axis=1))))
@@ -121,7 +124,7 @@ def _judged(
         tolerance_deg,
         errors.interval(OUTSIDE),
         excluded_deg,
-        _found_nT(old, spread, len(parts)),
+        _found_nT(old, spread, len(parts) + 1),
         parts,
         _missing(spread.mean, excluded_deg, tolerance_deg) if verdict == "cannot tell" else "",
         tuple(dict.fromkeys(notes)),

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.special import gammaincc, ndtr, ndtri
-from scipy.stats import chi2, ncx2
+from scipy.special import chndtr, gammaincc, ndtr, ndtri
+from scipy.stats import chi2
 
 from scenarios.arrays import Array
 
@@ -38,20 +38,17 @@ def reach(chance: float, stds: Array, weights: Array) -> Array:
 def size_found(variances: Array, weights: Array, limit: float, power: float, freedom: int) -> float:
     """Return the size of a change that a test at the chance `limit` finds with this power.
 
-    variances (k,) : of the estimate along the change; the test is that of `chance_of`.
+    variances (k,) : of the estimate along the change; the test is that of `chance_of`. The power is that over the
+    models of the noise, weighted.
     """
     low, high = 0.0, float(np.sqrt(chi2.isf(limit, freedom) * variances.max()))
     for _ in range(HALVINGS):
         middle = (low + high) / 2
         over = weights @ gammaincc(freedom / 2.0, middle**2 / variances / 2.0) > limit
         low, high = (middle, high) if over else (low, middle)
-    return high * float(np.sqrt(_noncentrality(limit, power, freedom) / chi2.isf(limit, freedom)))
-
-
-def _noncentrality(limit: float, power: float, freedom: int) -> float:
-    """Return the noncentrality at which chi squared exceeds its quantile of `limit` with this power."""
-    low, high, quantile = 0.0, 1e3, chi2.isf(limit, freedom)
+    reached, low, high = high, high, high + 6.0 * float(np.sqrt(variances.max()))
     for _ in range(HALVINGS):
         middle = (low + high) / 2
-        low, high = (middle, high) if ncx2.sf(quantile, freedom, middle) < power else (low, middle)
+        found = weights @ (1.0 - chndtr(reached**2 / variances, freedom, middle**2 / variances))
+        low, high = (middle, high) if found < power else (low, middle)
     return high

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 
 import calib
 from calib import Calibration, Status
+from calib.input_terms import InputTerm
 from scenarios.errors import InputError
 from validation.calibrating.export import exported
 from validation.calibrating.output_unit import OutputUnit
@@ -109,6 +111,41 @@ def test_ardupilot_adds_its_offset_and_scales_first() -> None:
     found = read(text)
     agrees(found["1"], [1200.0, 3400.0, 5600.0], np.diag([1.2, 1.08, 1.32]))
     agrees(found["2"], [-500.0, 0.0, 0.0], np.eye(3))
+
+
+def test_ardupilot_adds_its_motors_field_last() -> None:
+    """MOT (10, -20, 30) mG an ampere, M s = 1.2: measured -(1000, -2000, 3000) / 1.2 nT/A in FRD."""
+    text = "COMPASS_OFS_X -12\nCOMPASS_OFS_Y 0\nCOMPASS_OFS_Z 0\nCOMPASS_SCALE 1.2\nCOMPASS_MOTCT 2\n"
+    text += "COMPASS_MOT_X 10\nCOMPASS_MOT_Y -20\nCOMPASS_MOT_Z 30\nCOMPASS_OFS2_X 5\nCOMPASS_OFS2_Y 0\n"
+    text += "COMPASS_OFS2_Z 0\nCOMPASS_MOT2_X 12\nCOMPASS_MOT2_Y 0\nCOMPASS_MOT2_Z 0\n"
+    found = read(text)
+    (first,), (second,) = found["1"].inputs, found["2"].inputs
+    np.testing.assert_allclose(first.gain_nT, np.array([-1000.0, -2000.0, 3000.0]) / 1.2)
+    np.testing.assert_allclose(second.gain_nT, [-1200.0, 0.0, 0.0])
+    assert first.channel == "current_sum_A"
+    (throttle,) = read(text.replace("MOTCT 2", "MOTCT 1"))["1"].inputs
+    assert throttle.channel == "throttle"
+    off = read(text.replace("MOTCT 2", "MOTCT 0"))["1"]
+    assert off.inputs == ()
+    assert "switched off" in off.status.reason
+
+
+def test_px4_adds_its_motors_field_first() -> None:
+    """COMP x 0.5 G/kA in the sensor's axes: 50 nT/A of -x, which yaw 90 turns to the right: +50 nT/A along left."""
+    text = QGROUNDCONTROL + "1\t1\tCAL_MAG0_XCOMP\t0.5\t9\n1\t1\tCAL_MAG_COMP_TYP\t2\t6\n"
+    (term,) = read(text)["0"].inputs
+    assert term.channel == "current_sum_A"
+    np.testing.assert_allclose(term.gain_nT, [0.0, 50.0, 0.0], atol=1e-9)
+    (throttle,) = read(text.replace("COMP_TYP\t2", "COMP_TYP\t1"))["0"].inputs
+    np.testing.assert_allclose(throttle.gain_nT, [0.0, 50_000.0, 0.0], atol=1e-6)
+
+
+@pytest.mark.parametrize("form", ["px4", "ardupilot"])
+def test_an_exported_motor_term_is_read_back(form: str) -> None:
+    term = InputTerm("current_sum_A", np.array([30.0, -20.0, 10.0]))
+    (found,) = only(exported(replace(GOOD, inputs=(term,)), form)[1]).inputs
+    assert found.channel == term.channel
+    np.testing.assert_allclose(found.gain_nT, term.gain_nT, atol=0.01)
 
 
 def test_betaflight_is_in_counts_of_the_body_s_axes() -> None:

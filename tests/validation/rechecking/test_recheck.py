@@ -9,6 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from calib import Calibration, Reference, Status, get
+from calib.input_terms import InputTerm
 from recordings import Recording
 from recordings.applied import AppliedCalibration
 from recordings.recording import Origin
@@ -105,6 +106,19 @@ def test_a_motor_s_field_is_told_by_its_current() -> None:
     assert np.abs(motors.value - k).max() < 4 * motors.std.max() < 20  # type: ignore[attr-defined]
     quiet = recheck(EXACT, log(4, motor_nT_A=0 * k), STRENGTH)
     assert quiet.verdict == "valid"
+
+
+def test_an_old_motor_term_is_taken_off_or_told_as_unchecked() -> None:
+    """The old term of (30, -20, 10) nT/A holds, has grown by a half, or meets a log without currents."""
+    k = np.array([30.0, -20.0, 10.0])
+    old = replace(EXACT, inputs=(InputTerm("current_sum_A", k),))
+    assert recheck(old, log(4, motor_nT_A=k), STRENGTH).verdict == "valid"
+    grown = recheck(old, log(4, motor_nT_A=1.5 * k), STRENGTH)
+    motors = part(grown, "motor currents")
+    assert grown.verdict == "changed"
+    assert np.abs(motors.value - EXACT.matrix @ k / 2).max() < 4 * motors.std.max() < 20  # type: ignore[attr-defined]
+    blind = recheck(old, log(0), STRENGTH)
+    assert any("current_sum_A" in note and "could not be checked" in note for note in blind.notes)
 
 
 def test_a_level_turn_cannot_tell_and_says_what_motion_would() -> None:

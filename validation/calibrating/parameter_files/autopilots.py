@@ -3,12 +3,24 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import numpy as np
 
-from calib import Calibration
+from calib import Calibration, Status
+from calib.input_terms import CURRENT_SUM, InputTerm
+from recordings.body_frame import DOWN
+from recordings.channels import THROTTLE
 from recordings.readers import rotations
 from scenarios.arrays import Array
+from validation.calibrating.autopilot_parameters import (
+    A_PER_KA,
+    CURRENT_TYPE,
+    NT_PER_GAUSS,
+    NT_PER_MILLIGAUSS,
+    SECOND_BATTERY,
+    THROTTLE_TYPE,
+)
 from validation.calibrating.parameter_files.file_format import (
     CalibrationFormat,
     FileText,
@@ -17,7 +29,6 @@ from validation.calibrating.parameter_files.file_format import (
     upward,
 )
 
-NT_PER_GAUSS, NT_PER_MILLIGAUSS = 1e5, 1e2
 LINE = re.compile(
     r"^\s*(?:param\s+set(?:-default)?\s+|\d+\s+\d+\s+)?([A-Z][A-Z0-9_]+)\s*[\s,=]\s*([^\s,]+)", re.MULTILINE
 )
@@ -71,7 +82,10 @@ def _px4_magnetometer(p: ParameterLines, number: str) -> Calibration:
     upper = p.three(head + "{}ODIAG", 0.0)
     turn, caveat = _px4_turn(p, head)
     matrix = symmetric(np.where(scale == 0.0, 1.0, scale), *upper)
-    return upward(f"px4 {number}", offset_nT, matrix, turn, caveat)
+    found = upward(f"px4 {number}", offset_nT, matrix, turn, caveat)
+    kind = int(p.get("CAL_MAG_COMP_TYP", 0.0))
+    per_unit = 1.0 if kind == THROTTLE_TYPE else A_PER_KA
+    return _with_power(found, kind, -NT_PER_GAUSS / per_unit * turn @ p.three(head + "{}COMP", 0.0))
 
 
 def _px4_turn(p: ParameterLines, head: str) -> tuple[Array, str]:
@@ -106,7 +120,21 @@ def _ardupilot_compass(p: ParameterLines, number: str, infix: str) -> Calibratio
     scale = p.get(f"COMPASS_SCALE{infix}", 0.0)
     matrix = symmetric(diagonal, *upper) if diagonal.any() else np.eye(3)
     factor = scale if SCALES[0] <= scale <= SCALES[1] else 1.0
-    return upward(f"ardupilot {number}", offset_nT, factor * matrix, np.eye(3))
+    found = upward(f"ardupilot {number}", offset_nT, factor * matrix, np.eye(3))
+    added_nT = NT_PER_MILLIGAUSS * p.three(f"COMPASS_MOT{infix}_{{}}", 0.0)
+    kind = int(p.get("COMPASS_MOTCT", 0.0))
+    return _with_power(found, kind, -np.linalg.solve(factor * matrix, added_nT) if kind else added_nT)
+
+
+def _with_power(found: Calibration, kind: int, gain_nT: Array) -> Calibration:
+    """Return the calibration with the term of throttle or current; gain_nT (3,) : measured per unit, body (FRD)."""
+    if not gain_nT.any():
+        return found
+    if kind not in (THROTTLE_TYPE, CURRENT_TYPE, SECOND_BATTERY):
+        what = "a motor compensation is stored and switched off: its terms are left out"
+        return replace(found, status=Status("ok", "; ".join(filter(None, (found.status.reason, what)))))
+    channel = THROTTLE if kind == THROTTLE_TYPE else CURRENT_SUM
+    return replace(found, inputs=(InputTerm(channel, np.array(DOWN) * gain_nT),))
 
 
 PX4 = CalibrationFormat("PX4", marked(r"\bCAL_MAG\d_[XYZ]OFF\b"), _px4)
