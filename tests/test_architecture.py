@@ -30,7 +30,7 @@ SHARED = {"__init__.py", "policy.py", "text.py"}
 MOST_TOKENS, MOST_COMPLEXITY = 300, 10
 
 WORDS = {
-    "validation/rechecking/change.py": {"scale"},
+    "validation/rechecking/old_claim.py": {"scale"},
     "validation/rechecking/parts.py": {"scale"},
     "papers/ding2021/rows.py": {"scale", "misalignment"},
     "validation/inspection/frames.py": {"scale"},
