@@ -95,6 +95,8 @@ def test_px4_s_sensor_axes_are_turned_to_the_body() -> None:
     [
         "param set CAL_MAG0_XOFF 0.012\nparam set CAL_MAG0_YOFF 0\nparam set CAL_MAG0_ZOFF 0\n",
         "CAL_MAG0_XOFF,0.012\nCAL_MAG0_YOFF,0.0\nCAL_MAG0_ZOFF,0.0\n",
+        "Symbols: x = used, + = saved, * = unsaved\nx + CAL_MAG0_XOFF [101,201] : 0.0120\n"
+        "x   CAL_MAG0_YOFF [102,202] : 0.0000\nx * CAL_MAG0_ZOFF [103,203] : 0.0000\n",
     ],
 )
 def test_px4_without_a_mounting_says_what_was_assumed(text: str) -> None:

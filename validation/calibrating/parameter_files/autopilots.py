@@ -30,9 +30,12 @@ from validation.calibrating.parameter_files.file_format import (
 )
 
 LINE = re.compile(
-    r"^\s*(?:param\s+set(?:-default)?\s+|\d+\s+\d+\s+)?([A-Z][A-Z0-9_]+)\s*[\s,=]\s*([^\s,]+)", re.MULTILINE
+    r"^[ \t]*(?:[x+*][x+* \t]{1,9})?(?:param\s+set(?:-default)?\s+|\d+\s+\d+\s+)?([A-Z][A-Z0-9_]+)"
+    r"(?:[ \t]*\[\d+,\d+\][ \t]*:|\s*[\s,=])\s*([^\s,]+)",
+    re.MULTILINE,
 )
-"""A parameter: `param set NAME V`, `1 1 NAME V TYPE` of QGroundControl, `NAME,V` and `NAME V`."""
+"""A parameter: `param set NAME V`, `1 1 NAME V TYPE` of QGroundControl, `NAME,V`, `NAME V`, and `x + NAME [1,2] : V` of
+`param show`."""
 INTERNAL, CUSTOM = -1, 100
 """Numbers of CAL_MAGn_ROT: the flight controller's own mounting, and angles in parameters of their own."""
 SCALES = (1.0 / 1.5, 1.5)
