@@ -7,15 +7,15 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from papers.judgement import GOOD, Judged, Verdict
 from reports.plots.style import Figure
 from sim.pool import LocalTasks, Tasks
 
-Verdict = Literal["holds", "better", "does not hold", "not comparable"]
 Progress = Callable[[int, int], object]
 """Called with (pieces done, pieces in all)."""
 Work = Sequence[tuple[Callable[[Any], Any], Sequence[Any]]]
@@ -27,25 +27,30 @@ _cluster: ContextVar[Tasks | None] = ContextVar("_cluster", default=None)
 class PaperRow:
     """A printed figure or claim of a paper and the bench's own.
 
-    what: quantity with unit and conditions; paper, ours: text with units, ours with spread over the seeds; verdict;
-    note: evidence, and the explanation of a difference.
+    what: quantity with unit and conditions; paper, ours: text with units, ours with spread over the seeds; judged:
+    verdict with its tolerance and reason; note: evidence, and the explanation of a difference.
     """
 
     what: str
     paper: str
     ours: str
-    verdict: Verdict
+    judged: Judged
     note: str = ""
+
+    @property
+    def verdict(self) -> Verdict:
+        """Return the verdict."""
+        return self.judged.verdict
+
+    @property
+    def tolerance(self) -> str:
+        """Return the tolerance of the verdict and its reason."""
+        return self.judged.text
 
     @property
     def holds(self) -> bool:
         """Return whether our figure is at least as good as the printed figure, or the claim is confirmed."""
-        return self.verdict in ("holds", "better")
-
-
-def verdict_of(claim: bool | np.bool) -> Verdict:
-    """Return the verdict on a claim: holds or does not hold."""
-    return "holds" if claim else "does not hold"
+        return self.verdict in GOOD
 
 
 def spread_text(

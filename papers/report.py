@@ -16,7 +16,7 @@ Results = Mapping[Reproduction, Findings]
 
 
 def as_dict(results: Results) -> dict[str, Any]:
-    """Return the JSON: papers [{key, title, seeds, rows [{what, paper, ours, holds, verdict, note}]}]."""
+    """Return the JSON: papers [{key, title, seeds, rows [{what, paper, ours, holds, verdict, tolerance, note}]}]."""
     papers = [
         {"key": paper.key, "title": paper.title, "seeds": paper.seeds, "rows": [_row(row) for row in findings.rows]}
         for paper, findings in results.items()
@@ -47,5 +47,6 @@ def _row(row: PaperRow) -> dict[str, Any]:
         "ours": row.ours,
         "holds": row.holds,
         "verdict": row.verdict,
+        "tolerance": row.tolerance,
         "note": row.note,
     }

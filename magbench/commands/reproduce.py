@@ -40,6 +40,7 @@ def command(
         emit(as_dict(results))
     else:
         for paper, findings in results.items():
-            rows = [[row.what, row.paper, row.ours, row.verdict, row.note] for row in findings.rows]
-            show_table(paper.title, ["what", "paper", "ours", "verdict", "note"], rows, numbers=False)
+            rows = [[row.what, row.paper, row.ours, row.verdict, row.tolerance, row.note] for row in findings.rows]
+            heads = ["what", "paper", "ours", "verdict", "tolerance", "note"]
+            show_table(paper.title, heads, rows, numbers=False)
     say(f"{out}: report.html, reproduction.json")

@@ -13,6 +13,7 @@ from papers.ding2021.rows import NOISES_NT, simulation_rows
 from papers.ding2021.search_rows import search_rows
 from papers.ding2021.search_trials import StartTask, search_trial, searches, start_trial
 from papers.ding2021.trials import SpreadTask, spread_trial
+from papers.judgement import incomparable
 
 FEW, EVOLVED = 5, 3
 """Seeds of the longer searches: populations, counts of attitudes; and for each pair F, CR and each comparison."""
@@ -20,7 +21,7 @@ REAL_ARRAY = PaperRow(
     "real array, 60 samples: total rms after (evolution, genetic, least squares)",
     "3.398, 18.197, 14.210 nT",
     "no data",
-    "not comparable",
+    incomparable("the measurements are not published"),
     "the paper's measurements are not published",
 )
 

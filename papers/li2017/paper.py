@@ -9,12 +9,16 @@ from typing import ClassVar
 from calib.models.vector import VectorData
 from papers.base import Findings, Progress, Reproduction, Work, run_tasks
 from papers.li2017 import figures
-from papers.li2017.fuzzy_rows import STATE_VARIANCES, adaptation_rows, fuzzy_rows
-from papers.li2017.rows import ALL_MOTIONS, LONG, motion_row, original_filter_rows, proposed_filter_rows
+from papers.li2017.fuzzy_rows import STATE_VARIANCES, adaptation_rows, exponent_row, fuzzy_rows
+from papers.li2017.rows import ALL_MOTIONS, LONG, engine_row, motion_row, original_filter_rows, proposed_filter_rows
 from papers.li2017.survey_rows import levenberg_marquardt_rows, quadrotor_rows
 from papers.li2017.trials import (
+    ENGINE_FILTERS,
+    EXPONENTS,
     SOURCES,
     changing_noise_trial,
+    engine_trial,
+    exponent_trial,
     filter_trial,
     long_trial,
     marquardt_trial,
@@ -51,14 +55,19 @@ class Li2017(Reproduction):
             (survey_trial, [(seed, SOURCES) for seed in few]),
             (survey_trial, [(0, (name,)) for name in SOURCES]),
             (marquardt_trial, list(seeds[:MARQUARDTS])),
+            (engine_trial, list(ENGINE_FILTERS)),
+            (exponent_trial, list(EXPONENTS)),
         ]
-        long, turned, changing, table, trials, surveys, without, one_less, fitted = run_tasks(work, jobs, progress)
+        found = run_tasks(work, jobs, progress)
+        long, turned, changing, table, trials, surveys, without, one_less, fitted, engines, changes = found
         rows = (
             *original_filter_rows(trials, long),
             *proposed_filter_rows(trials),
             motion_row(turned),
+            engine_row(engines),
             *fuzzy_rows(trials),
             *adaptation_rows(trials, changing, table[0]),
+            exponent_row(changes),
             *quadrotor_rows(surveys, without, one_less),
             *levenberg_marquardt_rows(fitted),
         )

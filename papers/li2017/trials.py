@@ -13,6 +13,7 @@ from calib.families.vector_filter import FilterTrack, KalmanSettings, track
 from calib.methods.kalman_fuzzy import KalmanFuzzyCalibrator
 from calib.methods.kalman_rescaled import MICROTESLA
 from calib.models.vector import VectorData
+from calib.numerics.kalman import STEADY, Engine
 from papers.attitudes import state_at_attitudes
 from recordings import Recording, Truth
 from recordings.assemble import recording_of, truth_of
@@ -55,6 +56,9 @@ CALM = KalmanSettings(1000.0, state_variance=1e-8, noise_variance_nT2=NOISE_STD_
 """A state variance so small that the measurement's noise rules the innovations, and the right noise at the start."""
 CONSTANT = replace(CALM, state_variance=0.0)
 """The settings that suit the paper's data: a state that does not move, and the right noise."""
+ENGINES: tuple[Engine, Engine] = ("filterpy", "compiled")
+ENGINE_FILTERS = ("kf", "rescaled", "both")
+EXPONENTS = (0.0, 1.0)
 SETTLED = 0.05
 LOUD = 10.0
 """Factor by which the noise grows in the last third of the run with changing noise."""
@@ -249,6 +253,21 @@ def vector_equations(state: Array, data: VectorData) -> Array:
 def total_equations(state: Array, data: VectorData) -> Array:
     """Return one residual per sample: compensated minus known field strength, nT."""
     return np.asarray(np.linalg.norm(compensated(state, data), axis=1) - REFERENCE.strength_nT)
+
+
+def exponent_trial(exponent: float) -> float:
+    """Return the largest change of ln R from its start under changing noise, by the exponent b."""
+    data = simulated(0, loud=LOUD)
+    R = track(data, CALM, rule=KalmanFuzzyCalibrator(CALM, exponent=exponent).noise_rule()).noise_variance_nT2
+    return float(np.abs(np.log(R / CALM.noise_variance_nT2)).max())
+
+
+def engine_trial(name: str) -> tuple[Array, Array]:
+    """Return the last state (21,) of a filter by filterpy and by the compiled twin, on the first seed's noise."""
+    data, settings = simulated(0), KalmanSettings() if name == "kf" else MICROTESLA
+    rule = KalmanFuzzyCalibrator(settings).noise_rule() if name == "both" else STEADY
+    filterpy, compiled = (track(data, settings, rule=rule, engine=engine).state[-1] for engine in ENGINES)
+    return filterpy, compiled
 
 
 def sensitivity_trial(seed: int) -> dict[tuple[int, float], tuple[int, float]]:

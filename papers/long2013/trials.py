@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from calib import Calibration, Reference
 from calib.methods.ml_newton import MaximumLikelihoodNewton
 from calib.methods.twostep import TwoStep
+from calib.models.quadric import design, shape_matrix
 from papers.attitudes import state_at_attitudes
 from recordings import Recording
 from scenarios.arrays import Array
@@ -79,10 +80,13 @@ def rolling() -> Array:
     return np.column_stack((np.full(360, TEST_YAW_DEG), np.full(360, TEST_PITCH_DEG), turn))
 
 
-def state_of(angles_deg: Array) -> State:
-    """Return the kinematic motion as a State, a sample per second: the paper's sensor has no dynamics."""
+def state_of(angles_deg: Array, axes: Array = FLIP) -> State:
+    """Return the kinematic motion as a State, a sample per second: the paper's sensor has no dynamics.
+
+    axes : (3, 3), forward-right-down to the body's axes; the identity leaves the errors in the paper's axes.
+    """
     turned = Rotation.from_euler("ZYX", angles_deg, degrees=True).as_matrix()
-    return state_at_attitudes(NED_TO_ENU @ turned @ FLIP, NED_TO_ENU @ field_ned_nT())
+    return state_at_attitudes(NED_TO_ENU @ turned @ axes, NED_TO_ENU @ field_ned_nT())
 
 
 def measured(state: State, chain: tuple[Effect, ...], run: int) -> Recording:
@@ -128,7 +132,13 @@ class LongTask:
 
 @dataclass(frozen=True)
 class LongTrial:
-    """Strengths (1440,) before and after; roll and pitch errors (360, 2) before, after, and after without eq. 12."""
+    """Results of a seed.
+
+    before_nT, after_nT: strengths (1440,); raw_deg, corrected_deg, unaligned_deg: roll and pitch errors (360, 2)
+    before, after, and after without eq. 12; ..._error_nT: errors of the hard iron by Newton's method, by the bench's
+    two-step and by an algebraic two-step; down_nT: by Newton and by the bench's two-step with the errors in the paper's
+    axes, forward, right, down.
+    """
 
     status: str
     iterations: int
@@ -139,6 +149,8 @@ class LongTrial:
     unaligned_deg: Array
     offset_error_nT: float
     twostep_error_nT: float
+    algebraic_error_nT: float
+    down_nT: tuple[float, float]
     roll_alone: str
 
     @property
@@ -166,8 +178,28 @@ def calibration_trial(task: LongTask) -> LongTrial:
         attitude_errors_deg(bare.apply(test)),
         float(np.linalg.norm(fit.offset_nT - truth_nT)),
         float(np.linalg.norm(TwoStep().fit(turns, reference).offset_nT - truth_nT)),
+        float(np.linalg.norm(algebraic_offset_nT(turns.mag_nT) - truth_nT)),
+        _down(task, chain, reference),
         MaximumLikelihoodNewton().fit(test, reference).status.kind,
     )
+
+
+def algebraic_offset_nT(mag_nT: Array) -> Array:
+    """Return the centre (3,) by the plain two-step: a linear least-squares quadric, then its centre, unweighted.
+
+    m^T A m + 2 p^T m = 1,  b = -A^-1 p  (the start that the paper cites, without weights and iterations)
+    """
+    x = mag_nT / STRENGTH_NT
+    theta = np.asarray(np.linalg.lstsq(design(x), np.ones(len(x)), rcond=None)[0], dtype=np.float64)
+    return np.asarray(-STRENGTH_NT * np.linalg.solve(shape_matrix(theta), theta[6:]))
+
+
+def _down(task: LongTask, chain: tuple[Effect, ...], reference: Reference) -> tuple[float, float]:
+    """Return hard-iron errors by Newton and by the bench's two-step, with the errors in forward-right-down axes."""
+    turns = measured(state_of(calibration_turns(), np.eye(3)), chain, 2 * task.seed)
+    fits = (method.fit(turns, reference) for method in (MaximumLikelihoodNewton(align=False), TwoStep()))
+    newton, weighted = (float(np.linalg.norm(fit.offset_nT - offset_nT(task.share))) for fit in fits)
+    return newton, weighted
 
 
 def offset_nT(share: float = 1.0) -> Array:

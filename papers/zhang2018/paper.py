@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from papers.base import Findings, Progress, Reproduction, run_tasks
-from papers.zhang2018.ellipsoid_rows import drift_rows, level_spiral_row
+from papers.base import Findings, Progress, Reproduction, Work, run_tasks
+from papers.zhang2018.ellipsoid_rows import drift_rows, level_spiral_row, quadric_row
 from papers.zhang2018.figures import convergence_figure, drift_figure, turn_figure
 from papers.zhang2018.rows import accuracy_row, convergence_rows, error_rows, table_rows
-from papers.zhang2018.trials import drift_trial, search_trial
+from papers.zhang2018.trials import drift_trial, quadric_trial, search_trial
 
 
 @dataclass(frozen=True)
@@ -22,13 +22,15 @@ class Zhang2018(Reproduction):
     def run(self, jobs: int = 1, progress: Progress = lambda done, total: None) -> Findings:
         """Search on the level spiral under every setting, then fit the excited spiral under every drift."""
         seeds = range(self.seeds)
-        trials, drifts = run_tasks([(search_trial, seeds), (drift_trial, seeds)], jobs, progress)
+        work: Work = [(search_trial, seeds), (drift_trial, seeds), (quadric_trial, seeds)]
+        trials, drifts, quadrics = run_tasks(work, jobs, progress)
         rows = (
             *error_rows(trials),
             *table_rows(),
             *convergence_rows(trials),
             accuracy_row(trials),
             level_spiral_row(),
+            quadric_row(quadrics),
             *drift_rows(drifts),
         )
         return Findings(

@@ -14,6 +14,7 @@ from calib.methods.ellipsoid_segmented import EllipsoidSegmented
 from calib.methods.ga import Ga
 from calib.methods.pso import Pso
 from calib.methods.psoga import PsoGa
+from calib.models.quadric import design, shape_matrix
 from recordings import Recording
 from scenarios.arrays import Array
 from scenarios.seeds import stream
@@ -79,7 +80,11 @@ SETTINGS = (
     Setting("bounds from the data", 0.0),
     Setting("bounds 10 % and 1000 nT, drift ten times", 1000.0, drift=10.0),
 )
-MAIN, SHORT, LONGER = (SETTINGS[k].label for k in (0, 3, 4))
+MAIN, LEARNING, SHORT, LONGER = (SETTINGS[k].label for k in (0, 1, 3, 4))
+PRINTED_SOFT = np.array([[1.1198, 0.0002, -0.0035], [-0.0058, 1.0097, 0.0033], [-0.0273, -0.0212, 0.9590]])
+"""The example of eq. 7."""
+NOISE_NT = 2.0
+"""White noise of each axis in the trials of eq. 15."""
 
 
 @dataclass(frozen=True)
@@ -214,6 +219,29 @@ def drift_trial(seed: int) -> DriftTrial:
         trial.offset_nT[name] = tuple(fit[1] for fit in of_name)
         trial.segments[name] = tuple(fit[2] for fit in of_name)
     return trial
+
+
+def quadric_trial(seed: int) -> tuple[float, float]:
+    """Return the rms of |h| - F, nT, with eq. 15's triangle as printed and with the symmetric matrix, without drift.
+
+    Excited circles, the printed example of eq. 7 and the scenario's hard iron; m^T A m + 2 p^T m = 1 by least squares,
+    L0 = -A^-1 p, |h|^2 = F^2 (m - L0)^T A (m - L0) / (1 + L0^T A L0). Printed: the upper triangle of the symmetric A,
+    halves included, which drops half of each mixed term.
+    """
+    state = spiral(True)
+    strength, iron = strength_nT(state), true_offset_nT(effects())
+    noise = NOISE_NT * stream(SEED, seed, "quadric").standard_normal(state.field_nT.shape)
+    x = ((state.field_nT + iron) @ PRINTED_SOFT.T + iron + noise) / strength
+    theta = np.asarray(np.linalg.lstsq(design(x), np.ones(len(x)), rcond=None)[0], dtype=np.float64)
+    A = shape_matrix(theta)
+    printed, right = (_quadric_rms(x, matrix, theta[6:]) * strength for matrix in (np.triu(A), A))
+    return printed, right
+
+
+def _quadric_rms(x: Array, A: Array, p: Array) -> float:
+    centre = -np.linalg.solve(A, p)
+    square = np.einsum("ni,ij,nj->n", x - centre, A, x - centre) / (1 + centre @ A @ centre)
+    return float(np.sqrt(np.mean((np.sqrt(square) - 1) ** 2)))
 
 
 def _fits(state: State, chain: tuple[Effect, ...], seed: int) -> dict[str, tuple[float, float, int]]:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from calib.models.turntable import NAMES
-from papers.base import PaperRow, verdict_of
+from papers.base import PaperRow
+from papers.judgement import claim, incomparable
 from papers.zhou2012.trials import NOISE_NT, OFFSET_NT, PRINTED, STABLE_AT, ZhouTrial, bound
 from scenarios.arrays import Array
 from sim.state import State
@@ -46,7 +47,11 @@ def _values(trials: list[ZhouTrial], limit: Array, state: State) -> list[PaperRo
                 f"{name} found again ({where})",
                 f"{PRINTED[k]:.6f}",
                 f"{found[:, k].mean():.6f} ± {found[:, k].std():.1e}",
-                verdict_of(error[k] <= slack * own[k]),
+                claim(
+                    error[k] <= slack * own[k],
+                    f"rms error within {slack:.2f} of the noise's effect",
+                    f"three standard deviations of an rms of {len(trials)} seeds",
+                ),
                 note,
             )
         )
@@ -62,7 +67,11 @@ def _stable(trials: list[ZhouTrial]) -> PaperRow:
         "objective against iterations (N 25, F_w 0.85, P_c 1, bounds ±0.2)",
         f"stable after about {STABLE_AT}",
         f"at {STABLE_AT}: {np.median(share):.1e} of the start (95 %: {np.quantile(share, 0.95):.1e})",
-        verdict_of(np.quantile(share, 0.95) < 0.01),
+        claim(
+            np.quantile(share, 0.95) < 0.01,
+            "95 % of seeds below 1 % of the start",
+            "a line's width on the paper's axis",
+        ),
         f"flat on the paper's linear axis; the noise floor (within 1 % of the end) is reached at iteration "
         f"{np.median(within):.0f} (5 to 95 %: {np.quantile(within, 0.05):.0f} to {np.quantile(within, 0.95):.0f})",
     )
@@ -75,7 +84,11 @@ def _flat(trials: list[ZhouTrial]) -> PaperRow:
         "z output over the turn, largest less smallest",
         "varies before, flat after (figure, no number)",
         f"{np.median(before):.0f} nT before, {np.median(after):.1f} nT after (median)",
-        verdict_of(np.median(after) < 4.0 * NOISE_NT),
+        claim(
+            np.median(after) < 4.0 * NOISE_NT,
+            f"{4.0 * NOISE_NT:g} nT",
+            "the range of twelve noises is 3.3 times one",
+        ),
         f"noise of {NOISE_NT:g} nT alone gives 3.3 nT",
     )
 
@@ -89,7 +102,7 @@ def _weakest(trials: list[ZhouTrial], state: State) -> PaperRow:
         "what a turn about the vertical alone can tell",
         "not discussed",
         f"all five; condition number {condition:.1f}; worst: b1, {worst:.1e} per {NOISE_NT:g} nT",
-        "not comparable",
+        incomparable("the paper does not ask what a turn can tell"),
         "c1, c2 from the first harmonic of z (horizontal field H); a1 + c1 and b2 + c2 from the first harmonic of the "
         "total (H V / F); b1 from its second harmonic (H^2 / 2 F). At the magnetic equator (V = 0) a1 and b2 are lost, "
         f"at the pole (H = 0) all five. b1 is {limit[1] / limit[0]:.1f} times less certain than a1, so the printed b1, "
@@ -105,7 +118,7 @@ def _offset(clean: list[ZhouTrial], shifted: list[ZhouTrial], state: State) -> P
         f"a sensor offset of {OFFSET_NT:g} nT in x, which the model leaves out",
         "assumed absent",
         f"a1 moves by {moved[0]:.1e}",
-        "not comparable",
+        incomparable("the paper assumes no offset"),
         f"a1 moves by offset / V = {expected:.1e}, the others by at most {np.abs(moved[1:]).max():.0e}: from a turn "
         "about the vertical an offset in x cannot be distinguished from a1, nor one in y from b2. The printed "
         f"a1 could be the effect of {abs(PRINTED[0] * state.field_enu_nT[2]):.0f} nT",

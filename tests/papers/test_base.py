@@ -7,9 +7,11 @@ import operator
 import numpy as np
 import pytest
 
-from papers import PAPERS, chosen
+from papers import PAPERS, Findings, chosen
 from papers.attitudes import state_at_attitudes
-from papers.base import run_tasks, spread_text, verdict_of
+from papers.base import PaperRow, run_tasks, spread_text
+from papers.judgement import claim, error_size, incomparable, number
+from papers.report import as_dict
 from scenarios.errors import InputError
 
 
@@ -20,8 +22,41 @@ def test_spread_is_median_and_ninety_percent():
     assert spread_text([1234.5, 1234.5], significant=4) == "1234 (1234 to 1234)"
 
 
-def test_judged():
-    assert (verdict_of(True), verdict_of(np.bool(False))) == ("holds", "does not hold")
+@pytest.mark.parametrize(
+    ("ours", "printed", "verdict"),
+    [
+        (5.4, 5.0, "same number"),
+        (-99.98, -99.988, "same number"),
+        (7.0, 5.0, "same order"),
+        (2.0, 5.0, "same order"),
+        (16.0, 5.0, "does not hold"),
+        ((16.7, 90.0, 122.0), (59.2, 110.2, 122.2), "does not hold"),
+        ((45.0, 110.0, 122.0), (59.2, 110.2, 122.2), "same order"),
+    ],
+)
+def test_a_printed_number_is_the_same_or_of_its_order_or_neither(ours, printed, verdict):
+    judged = number(ours, printed)
+    assert judged.verdict == verdict
+    assert "10 %" in judged.text
+    assert "factor of 3" in judged.text
+
+
+def test_a_printed_error_is_compared_with_the_spread_of_the_seeds():
+    """Of 1 to 2: 5 to 95 % are 1.05 to 1.95, the median 1.5."""
+    seeds = np.linspace(1.0, 2.0, 21)
+    verdicts = [error_size(seeds, printed).verdict for printed in (2.5, 1.9, 1.06, 0.9, 0.4)]
+    assert verdicts == ["better", "same number", "same number", "same order", "does not hold"]
+
+
+def test_a_claim_holds_or_does_not_and_every_row_says_within_what():
+    judged = [claim(holds, "2 nT", "noise") for holds in (True, np.bool(False))]
+    assert [one.verdict for one in judged] == ["holds", "does not hold"]
+    row = PaperRow("error", "2 nT", "1 nT", judged[0])
+    assert (row.tolerance, row.holds) == ("2 nT: noise", True)
+    assert not PaperRow("error", "", "1 nT", incomparable("not printed")).holds
+    paper = chosen("zhou2012", 2)[0]
+    (told,) = as_dict({paper: Findings((row,))})["papers"][0]["rows"]
+    assert (told["verdict"], told["tolerance"], told["holds"]) == ("holds", "2 nT: noise", True)
 
 
 @pytest.mark.parametrize("jobs", [1, pytest.param(2, marks=pytest.mark.slow)])

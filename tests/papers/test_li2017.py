@@ -8,15 +8,19 @@ import pytest
 from calib.families.vector_filter import KalmanSettings, track
 from calib.methods.kalman_rescaled import MICROTESLA
 from papers.base import Findings
+from papers.li2017.fuzzy_rows import exponent_row
 from papers.li2017.paper import Li2017
-from papers.li2017.rows import _against
+from papers.li2017.rows import engine_row
 from papers.li2017.trials import (
     CALM,
     CONSTANT,
+    ENGINE_FILTERS,
     LOUD,
     NOISE_STD_NT,
     TRUE_STATE,
     compensated,
+    engine_trial,
+    exponent_trial,
     fuzzy_track,
     outcome,
     sensitivity_trial,
@@ -74,10 +78,19 @@ def test_a_state_that_does_not_move_gives_a_hundredth_of_the_error():
     assert constant.component_nT.max() < 0.5 < forgetting.component_nT.max()
 
 
-def test_a_figure_is_better_only_where_the_printed_one_is_outside_the_spread():
-    seeds = np.linspace(1.0, 2.0, 21)
-    assert [_against(seeds, printed, 1.6) for printed in (2.5, 1.8, 0.5)] == ["better", "holds", "holds"]
-    assert _against(seeds, 2.5, 1.4) == "does not hold"
+def test_an_exponent_of_zero_is_the_ordinary_filter_and_one_is_not():
+    zero, one = exponent_trial(0.0), exponent_trial(1.0)
+    assert zero == 0.0
+    assert one > 1.0
+    assert exponent_row([zero, one]).verdict == "does not hold"
+
+
+def test_filterpy_and_the_compiled_twin_end_at_the_same_parameters():
+    engines = [engine_trial(name) for name in ENGINE_FILTERS]
+    for one, other in engines:
+        np.testing.assert_allclose(one, other, rtol=1e-6)
+    assert engine_row(engines).verdict == "holds"
+    assert engine_row([(one, 1.001 * other) for one, other in engines]).verdict == "does not hold"
 
 
 def test_fuzzy_part_matters_only_where_the_state_variance_is_small():
@@ -97,7 +110,7 @@ def test_every_row_is_judged():
     findings = Li2017(seeds=2).run(jobs=2)
     assert isinstance(findings, Findings)
     assert len(findings.rows) > 20
-    assert all(row.paper and row.ours for row in findings.rows)
+    assert all(row.paper and row.ours and row.judged.tolerance and row.judged.reason for row in findings.rows)
     assert all(draw() is not None for draw in findings.figures.values())
 
 

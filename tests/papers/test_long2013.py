@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from papers.long2013.paper import Long2013
-from papers.long2013.rows import NOISES_NT, _alignment
+from papers.long2013.rows import NOISES_NT, _alignment, _two_step
 from papers.long2013.trials import (
     AXES_DEG,
     HARD_IRON_NT,
@@ -15,6 +15,7 @@ from papers.long2013.trials import (
     SOFT_IRON,
     STRENGTH_NT,
     LongTask,
+    algebraic_offset_nT,
     attitude_errors_deg,
     calibration_trial,
     calibration_turns,
@@ -103,6 +104,26 @@ def test_without_noise_only_alignment_separates_the_two_corrections():
     assert row.holds
     assert row.ours.startswith(f"roll {roll:.2f} degrees")
     assert f"pitch {pitch:.2f} degrees" in row.ours
+
+
+def test_the_algebraic_two_step_is_the_ellipsoid_s_centre():
+    """Exact without noise: the centre of an ellipsoid with known axes and offset."""
+    rng = np.random.default_rng(5)
+    directions = rng.standard_normal((200, 3))
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    centre_nT = np.array([900.0, -400.0, 250.0])
+    field_nT = STRENGTH_NT * directions @ np.array([[1.2, 0.1, 0.0], [0.0, 0.9, 0.2], [0.1, 0.0, 1.1]]).T
+    np.testing.assert_allclose(algebraic_offset_nT(field_nT + centre_nT), centre_nT, rtol=1e-8)
+
+
+def test_newton_is_as_good_as_the_algebraic_two_step_and_worse_than_the_weighted():
+    trials = {100.0: [calibration_trial(LongTask(seed, 100.0)) for seed in range(16)]}
+    plain, down, ours = _two_step(trials)
+    ratios = [float(row.ours.split("ratio ")[1].split()[0]) for row in (plain, down, ours)]
+    assert ratios[0] == pytest.approx(1.0, abs=0.03)
+    assert min(ratios[1:]) > ratios[0]
+    assert [row.verdict for row in (plain, down, ours)] == ["does not hold"] * 3
+    assert all(row.judged.tolerance and row.judged.reason for row in (plain, down, ours))
 
 
 def test_rows_and_pictures():

@@ -47,7 +47,7 @@ def field_of(task: PlanningTask) -> list[float] | None:
 def summary(found: Plan, scenario: str) -> dict[str, Any]:
     """Return the JSON of `--json`; scenario : file with the manoeuvre."""
     goal = found.task.goal.name
-    plain = {
+    plain: dict[str, Any] = {
         "scenario": scenario,
         "field_enu_nT": field_of(found.task),
         "predicted": {

@@ -175,12 +175,13 @@ class PlanningTask:
 
         The gyro's noise remains. Raises InputError if the direction of the field is unknown.
         """
-        if known.field_enu_nT is None:
+        field_enu_nT = known.field_enu_nT
+        if field_enu_nT is None:
             do = "give --field-enu-nT E,N,U"
             raise InputError("the field's direction is not known", where="--after", do=do)
         known = replace(known, gyro_std_rad_s=self.known.gyro_std_rad_s)
         information = Bound.of(known, self.knowledge).information.matrix
-        return replace(self, base=in_field(self.base, known.field_enu_nT.tolist()), known=known, before=information)
+        return replace(self, base=in_field(self.base, field_enu_nT.tolist()), known=known, before=information)
 
 
 def in_field(scenario: Scenario, field_enu_nT: Sequence[float]) -> Scenario:
