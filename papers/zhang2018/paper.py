@@ -8,6 +8,8 @@ from typing import ClassVar
 from papers.base import Findings, Progress, Reproduction, Work, run_tasks
 from papers.zhang2018.ellipsoid_rows import drift_rows, level_spiral_row, quadric_row
 from papers.zhang2018.figures import convergence_figure, drift_figure, turn_figure
+from papers.zhang2018.least_squares import least_squares_row, least_squares_trial
+from papers.zhang2018.relative_error import relative_error_rows
 from papers.zhang2018.rows import accuracy_row, convergence_rows, error_rows, table_rows
 from papers.zhang2018.trials import drift_trial, quadric_trial, search_trial
 
@@ -22,15 +24,18 @@ class Zhang2018(Reproduction):
     def run(self, jobs: int = 1, progress: Progress = lambda done, total: None) -> Findings:
         """Search on the level spiral under every setting, then fit the excited spiral under every drift."""
         seeds = range(self.seeds)
-        work: Work = [(search_trial, seeds), (drift_trial, seeds), (quadric_trial, seeds)]
-        trials, drifts, quadrics = run_tasks(work, jobs, progress)
+        each = (search_trial, drift_trial, quadric_trial, least_squares_trial)
+        work: Work = [(trial, seeds) for trial in each]
+        trials, drifts, quadrics, fits = run_tasks(work, jobs, progress)
         rows = (
             *error_rows(trials),
             *table_rows(),
             *convergence_rows(trials),
+            *relative_error_rows(trials),
             accuracy_row(trials),
             level_spiral_row(),
             quadric_row(quadrics),
+            least_squares_row(fits),
             *drift_rows(drifts),
         )
         return Findings(

@@ -5,8 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from calib.models.quadric import design, shape_matrix
 from papers.zhang2018 import trials as zhang2018_trials
 from papers.zhang2018.ellipsoid_rows import quadric_row
+from papers.zhang2018.least_squares import METHODS as LEAST_SQUARES
+from papers.zhang2018.least_squares import least_squares_trial
 from papers.zhang2018.paper import Zhang2018
 from papers.zhang2018.printed_table import AFTER_NT, PRINTED_F_NT, TOTAL_NT
 from papers.zhang2018.trials import (
@@ -100,7 +103,7 @@ def test_the_true_offset_moves_with_the_drift():
 
 def test_rows_state_what_was_found(findings):
     row = {r.what: r for r in findings.rows}
-    assert len(row) == len(findings.rows) == 23
+    assert len(row) == len(findings.rows) == 26
     assert all(one.judged.tolerance and one.judged.reason for one in findings.rows)
     assert row["raw error of the total field along one turn, nT, 30 positions"].holds
     assert not row["order of the rms over the record: PSOGA < GA < PSO"].holds
@@ -133,6 +136,23 @@ def test_equation_15_as_printed_leaves_what_it_drops():
     )
     assert printed == pytest.approx(strength_nT(state) * np.sqrt(np.mean(mixed**2)) / 2, rel=0.1)
     assert quadric_row([(printed, right)]).verdict == "does not hold"
+
+
+@pytest.mark.parametrize("method", LEAST_SQUARES.values(), ids=LEAST_SQUARES)
+def test_every_least_squares_finds_an_exact_ellipsoid(method):
+    rng = np.random.default_rng(7)
+    unit = rng.standard_normal((300, 3))
+    unit /= np.linalg.norm(unit, axis=1)[:, None]
+    S, centre = np.array([[1.1, 0.05, 0.0], [0.0, 0.9, 0.1], [0.02, 0.0, 1.0]]), np.array([0.03, -0.02, 0.05])
+    theta = method(design(unit @ S.T + centre))
+    np.testing.assert_allclose(-np.linalg.solve(shape_matrix(theta), theta[6:]), centre, atol=1e-6)
+
+
+def test_the_recursion_ends_at_the_ordinary_fit_and_the_total_fit_elsewhere():
+    found = least_squares_trial(0)
+    assert found.rms_nT["recursive"] == pytest.approx(found.rms_nT["ordinary"], rel=1e-4)
+    assert found.offset_nT["recursive"] == pytest.approx(found.offset_nT["ordinary"], rel=1e-3)
+    assert found.offset_nT["total"] != pytest.approx(found.offset_nT["ordinary"], rel=1e-3)
 
 
 def test_pictures(findings):
