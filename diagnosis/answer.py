@@ -15,6 +15,7 @@ from diagnosis.several.workflow import check_apart, diagnose_together
 from diagnosis.sources import Source, of_one_array
 from diagnosis.workflow import diagnosis_of, examine
 from scenarios.errors import errors_relocated
+from sim.pool import Tasks
 
 CONFIRM = "--confirm"
 Progress = Callable[[str], object]
@@ -22,12 +23,16 @@ Progress = Callable[[str], object]
 
 @one_thread()
 def answer(
-    question: Question, sources: Sequence[Source], confirm: Source | None = None, say: Progress = lambda what: None
+    question: Question,
+    sources: Sequence[Source],
+    confirm: Source | None = None,
+    say: Progress = lambda what: None,
+    cluster: Tasks | None = None,
 ) -> Diagnosis | PooledDiagnosis:
     """Diagnose the sources: a single recording, several recordings together, or the sensors of an array.
 
     confirm : a second recording, in which the causes found in a single recording must hold too.
-    say : called with each stage.
+    say : called with each stage. cluster : examines several recordings, each a task.
     Raises InputError for files, columns, models and references that cannot be used.
     """
     if len(sources) == 1:
@@ -37,7 +42,7 @@ def answer(
     models = [question.model_for(source) for source in sources]
     if of_one_array(sources):
         return diagnose_sensors(names, problems, models, say=say)
-    return diagnose_together(names, problems, models[0], say=say)
+    return diagnose_together(names, problems, models[0], cluster=cluster, say=say)
 
 
 def _answer_single(question: Question, source: Source, confirm: Source | None, say: Progress) -> Diagnosis:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,9 +18,10 @@ from diagnosis.several.result import PooledDiagnosis
 from diagnosis.several.selection import PooledRecording, select_pooled
 from diagnosis.several.sentence import pooled_advice, pooled_sentence
 from diagnosis.several.verdict_rules import Pool, PooledVerdict
-from diagnosis.workflow import diagnosis_of, examine
+from diagnosis.workflow import Examination, diagnosis_of, examine
 from recordings import Recording
 from scenarios.errors import InputError
+from sim.pool import Tasks
 from sim.scenario import Model
 
 Progress = Callable[[str], object]
@@ -33,6 +34,7 @@ def diagnose_together(
     model: Model,
     *,
     without: frozenset[str] = frozenset(),
+    cluster: Tasks | None = None,
     say: Progress = lambda step: None,
 ) -> PooledDiagnosis:
     """Diagnose n recordings of one instrument, compared with one model.
@@ -40,20 +42,51 @@ def diagnose_together(
     An effect is accepted where coefficients predicted by the other recordings explain each recording, in nats over all
     recordings (`accepted_pooled`, `coloured_nats` in coloured noise); it transfers where the coefficients agree.
 
+    cluster : examines the recordings, each a task; by default this process does.
     Raises InputError for fewer than two recordings, and for identical samples.
     """
     if len(problems) < 2:
         raise InputError("a single recording cannot be compared", where="recordings", do="give two or more")
     for (name, problem), (other_name, other_problem) in itertools.combinations(zip(names, problems, strict=True), 2):
         check_apart(problem.recording, other_problem.recording, f"{name}, {other_name}")
-    examinations = []
-    for name, problem in zip(names, problems, strict=True):
-        examinations.append(examine(problem, model, without, lambda step, name=name: say(f"{name}: {step}")))  # type: ignore[misc]
+    if cluster is None:
+        examinations = [
+            examine(problem, model, without, lambda step, name=name: say(f"{name}: {step}"))  # type: ignore[misc]
+            for name, problem in zip(names, problems, strict=True)
+        ]
+    else:
+        tasks = [ExaminationTask(*one, model, without) for one in zip(names, problems, strict=True)]
+        examinations = _examined_on(cluster, tasks, say)
     recordings = [PooledRecording.of(examination) for examination in examinations]
     effects, alone = select_pooled(recordings, say)
     say("the simulator with the new models")
     pool = Pool(recordings, effects)
     return _diagnosis(tuple(names), model, pool, [single_effect(finding, pool.problems) for finding in alone])
+
+
+@dataclass(frozen=True, eq=False)
+class ExaminationTask:
+    """A recording to be examined by itself, in the form sent to a worker."""
+
+    name: str
+    problem: LinearProblem
+    model: Model
+    without: frozenset[str]
+
+
+@one_thread()
+def examine_alone(task: ExaminationTask) -> Examination:
+    """Examine the recording of a task, in a worker."""
+    return examine(task.problem, task.model, task.without)
+
+
+def _examined_on(cluster: Tasks, tasks: Sequence[ExaminationTask], say: Progress) -> list[Examination]:
+    """Return the examinations in the order of the tasks, whatever the order in which the cluster computes them."""
+    found = {}
+    for task, examination in cluster.map(examine_alone, tasks):
+        say(f"{task.name}: examined")
+        found[task.name] = examination
+    return [found[task.name] for task in tasks]
 
 
 def check_apart(first: Recording, second: Recording, where: str) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, cast
 
 from magbench.api.inputs import (
     Data,
@@ -17,6 +17,7 @@ from magbench.api.inputs import (
     recording_from,
     reference_from,
     stated_field,
+    tasks_on,
 )
 
 if TYPE_CHECKING:
@@ -46,6 +47,7 @@ def diagnose(
     run: int | None = 0,
     sensor: int | None = None,
     reference_sensor: int | None = None,
+    scheduler: str | None = None,
     out: str | PathLike[str] | None = None,
     say: Callable[[str], object] = lambda what: None,
 ) -> DiagnosisResult | PooledDiagnosisResult:
@@ -59,6 +61,7 @@ def diagnose(
         that decide.
         run : of a dataset directory; None: all of its runs together. sensor : which of an array of sensors, counted
         from 1. reference_sensor : the one whose reading is the field.
+    scheduler : address of a Dask cluster, which examines several recordings; no figure changes.
     out : directory for report.html, diagnosis.json, model.toml and recording.rrd. say : called with each stage.
 
     Raises InputError for data, models and references that cannot be used.
@@ -69,23 +72,34 @@ def diagnose(
 
     read = reading_from(data, maps, reading)
     sources = _sources(data, time_s, read, run, sensor, reference_sensor)
-    strength_nT, vector_nT = stated_field(field_strength_nT, field_enu_nT, read)
-    stated = {"strength_nT": strength_nT, "field_enu_nT": vector_nT, "actuators": actuators}
-    question = _question(model, stated, policy)
+    field = stated_field(field_strength_nT, field_enu_nT, read)
+    question = _question(model, field, actuators, policy)
     with locked(out) as place:
-        stated_found = stated_iron(model, sources, strength_nT, vector_nT)
-        found = diagnosis_result(answer(question, sources, _second(confirm, sources, read), say), stated_found)
+        stated = stated_iron(model, sources, *field)
+        seen = answer(question, sources, _second(confirm, sources, read), say, tasks_on(scheduler))
+        found = diagnosis_result(seen, stated)
         _write(found, place, sources, say)
     return found
 
 
-def _question(model: str | Path | None, stated: dict[str, Any], policy: Policy | None) -> Question:
-    """The question about a model; its iron is fitted where a calibration is stated in its place."""
+def _question(
+    model: str | Path | None,
+    field: tuple[float | None, Sequence[float] | None],
+    actuators: Sequence[str],
+    policy: Policy | None,
+) -> Question:
+    """The question about a model, and the field's strength and vector; iron is fitted in place of a calibration."""
     from diagnosis.policy import STANDARD
     from diagnosis.question import Question
     from magbench.api.stated_calibration import is_calibration
 
-    return Question.about(None if is_calibration(model) else model, **stated, policy=policy or STANDARD)
+    return Question.about(
+        None if is_calibration(model) else model,
+        strength_nT=field[0],
+        field_enu_nT=field[1],
+        actuators=actuators,
+        policy=policy or STANDARD,
+    )
 
 
 def _second(confirm: Data | None, sources: Sequence[Source], reading: Reading) -> Source | None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from magbench.arguments import all_present, complete_scenario, field_vector, known_scenario, present
-from magbench.options import FieldStrength, FieldVector, Json
+from magbench.options import FieldStrength, FieldVector, Json, Scheduler
 from magbench.reading_options import reads_logs
 
 if TYPE_CHECKING:
@@ -65,6 +65,7 @@ def command(
     run: OneRun = None,
     sensor: Sensor = None,
     reference_sensor: ReferenceSensor = None,
+    scheduler: Scheduler = None,
     out: Annotated[Path | None, typer.Option("--out", "-o", help="Output directory.  [default: out/diagnosis]")] = None,
     json: Json = False,
 ) -> None:
@@ -92,6 +93,7 @@ def command(
         run=run,
         sensor=sensor,
         reference_sensor=reference_sensor,
+        scheduler=scheduler,
         out=place,
         say=lambda stage: say(f"diagnosis: {stage}"),
     )
