@@ -75,6 +75,8 @@ class Frames:
 
 Place = tuple[int, int, int, int, int, int]
 """Start of the stamp, start of the payload, system, component, message, length of the payload."""
+Places = NDArray[np.signedinteger[Any]]
+"""Rows of Place (n, 6)."""
 Sender = tuple[int, int]
 """The numbers of a system and of a component of the system."""
 
@@ -86,7 +88,8 @@ def frames_of(data: Bytes, messages: Mapping[int, Any]) -> tuple[dict[Sender, di
     """
     narrow = len(data) < 2**31  # half the memory: a frame may have 17 bytes
     numbers = array("i" if narrow else "q", itertools.chain.from_iterable(_places(data)))
-    places = np.frombuffer(numbers, np.int32 if narrow else np.int64).reshape(-1, 6)
+    flat: Places = np.frombuffer(numbers, np.int32) if narrow else np.frombuffer(numbers, np.int64)
+    places = flat.reshape(-1, 6)
     found: dict[Sender, dict[str, Frames]] = {}
     damaged = 0
     keys = places[:, 2:5]
@@ -145,7 +148,7 @@ def _next(raw: bytes, start: int) -> int:
     return found.start() - STAMP_BYTES if found else -1
 
 
-def _decoded(data: Bytes, places: NDArray[np.int32] | NDArray[np.int64], message: Any) -> Frames:
+def _decoded(data: Bytes, places: Places, message: Any) -> Frames:
     """Return the frames of one message whose checksum and stamp are right."""
     dtype = payload_dtype(message)
     payloads = np.zeros((len(places), dtype.itemsize), np.uint8)
