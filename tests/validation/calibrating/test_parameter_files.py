@@ -222,6 +222,11 @@ def test_imu_calib_subtracts_after_the_matrix() -> None:
         ("COMPASS_OFS_X,12\nCOMPASS_OFS_Y,nan\nCOMPASS_OFS_Z,3\n", "not a number"),
         ("COMPASS_OFS_X,12\nCOMPASS_OFS_Y,1\n", "COMPASS_OFS_Z is missing"),
         ("COMPASS_OFS_X,12\nCOMPASS_OFS_X,13\nCOMPASS_OFS_Y,1\nCOMPASS_OFS_Z,1\n", "COMPASS_OFS_X has several values"),
+        (
+            "COMPASS_OFS_X,1\nCOMPASS_OFS_Y,1\nCOMPASS_OFS_Z,1\nCOMPASS_MOTCT,2\nCOMPASS_MOT_X,1\nCOMPASS_MOT_Y,0\n"
+            "COMPASS_MOT_Z,0\nCOMPASS_DIA_X,1\nCOMPASS_DIA_Y,0\nCOMPASS_DIA_Z,1\n",
+            "singular",
+        ),
         ("set mag_calibration = 35,-130\n", "no three numbers"),
         ("set mag_calibration = 0,0,0\n", "not calibrated"),
         ("set magzero_x = 3\nset align_mag = CW45\n", "no alignment"),

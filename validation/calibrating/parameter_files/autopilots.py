@@ -126,7 +126,13 @@ def _ardupilot_compass(p: ParameterLines, number: str, infix: str) -> Calibratio
     found = upward(f"ardupilot {number}", offset_nT, factor * matrix, np.eye(3))
     added_nT = NT_PER_MILLIGAUSS * p.three(f"COMPASS_MOT{infix}_{{}}", 0.0)
     kind = int(p.get("COMPASS_MOTCT", 0.0))
-    return _with_power(found, kind, -np.linalg.solve(factor * matrix, added_nT) if kind else added_nT)
+    if not (kind and added_nT.any()):
+        return _with_power(found, kind, added_nT)
+    try:
+        gain_nT = np.asarray(-np.linalg.solve(factor * matrix, added_nT), dtype=np.float64)
+    except np.linalg.LinAlgError:
+        raise p.source.fail("COMPASS_DIA and COMPASS_ODI are a singular matrix") from None
+    return _with_power(found, kind, gain_nT)
 
 
 def _with_power(found: Calibration, kind: int, gain_nT: Array) -> Calibration:
