@@ -10,7 +10,7 @@ G_882 = Sensor(
     summary="Geometrics G-882, caesium vapour, marine; gives the field's strength",
     document="Geometrics, G-882 marine magnetometer, specification sheet",
     figures=(
-        full_scale("100,000 nT", 100_000.0, compared=False),
+        full_scale("100000 nT", 100_000.0, compared=False),
         noise_density("0.004 nT/√Hz", 0.004),
         offset("< 2 nT absolute accuracy", within(2.0)),
     ),
@@ -24,7 +24,7 @@ GSM_19 = Sensor(
     summary="GEM GSM-19, Overhauser; gives the field's strength",
     document="GEM Systems, GSM-19 v7.0 instruction manual, release 7.4",
     figures=(
-        full_scale("120,000 nT", 120_000.0, compared=False),
+        full_scale("120000 nT", 120_000.0, compared=False),
         noise_density("0.022 nT/√Hz", 0.022),
         resolution("0.01 nT", 0.01),
         offset("±0.1 nT absolute accuracy", within(0.1)),
