@@ -25,6 +25,8 @@ MOST_TOPIC_FIELDS = 200_000
 """Fields of all topics together beyond which further topics are not read; PX4's logs have below 10,000."""
 MOST_TOPICS, MOST_PARAMETERS, MOST_CHANGES, MOST_DAMAGES = 5_000, 20_000, 10_000, 20_000
 """Limits of what is kept of a file and of the damaged stretches that are skipped; PX4's logs have a tenth of these."""
+MOST_OTHERS = 1_000_000
+"""Messages that are no samples of a topic beyond which a file is no log; PX4's logs have below 100,000."""
 _HEAD = struct.Struct("<HBH")
 _FLAGS = struct.Struct("<8s8s3Q")
 SAMPLE = b"D"[0]
@@ -42,7 +44,7 @@ def read_ulog(path: Path) -> ULog:
         data: Bytes = np.memmap(path, np.uint8, mode="r")
     if bytes(data[: len(MAGIC)]) != MAGIC or len(data) <= HEADER_BYTES:
         raise InputError("is no ULog, or cut off in its header", where=str(path), do="copy the log again")
-    return _MessageReader(data, _ends(path, data)).read()
+    return _MessageReader(path, data, _ends(path, data)).read()
 
 
 def _ends(path: Path, data: Bytes) -> list[int]:
@@ -61,7 +63,8 @@ def _ends(path: Path, data: Bytes) -> list[int]:
 class _MessageReader:
     """One pass over the messages of a file."""
 
-    def __init__(self, data: Bytes, ends: list[int]) -> None:
+    def __init__(self, path: Path, data: Bytes, ends: list[int]) -> None:
+        self.path = path
         self.data = data
         self.buffer = memoryview(data)  # type: ignore[arg-type]
         self.ends = ends
@@ -70,7 +73,7 @@ class _MessageReader:
         self.layouts: dict[str, TopicLayout | None] = {}
         self.topics: dict[int, UlogTopic] = {}
         self.every: list[UlogTopic] = []
-        self.fields = self.damages = 0
+        self.fields = self.damages = self.others = 0
         self.begun = False
         self.shortest = np.full(1 << 16, 1 << 16)
         self.longest = np.zeros(1 << 16, np.int64)
@@ -116,6 +119,10 @@ class _MessageReader:
 
     def _other(self, kind: int, at: int, after: int, end: int) -> bool:
         """Read a message that is no sample of a known topic; return whether it can be one."""
+        self.others += 1
+        if self.others > MOST_OTHERS:
+            what = f"holds more than {MOST_OTHERS} messages that are no samples"
+            raise InputError(what, where=str(self.path), do="copy the log again")
         if after == at or kind not in self.read_payload:
             return False
         return after > end or self.read_payload[kind](bytes(self.data[at:after]))

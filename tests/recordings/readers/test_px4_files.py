@@ -178,3 +178,9 @@ def test_damaged_logs_are_read_or_refused(files: int, tmp_path: Path) -> None:
         path = log_file(tmp_path, data.astype(np.uint8).tobytes())
         with contextlib.suppress(InputError):
             read_recording(path)
+
+
+def test_a_file_of_messages_without_samples_is_no_log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("recordings.readers.px4.ulog.MOST_OTHERS", 1000)
+    with pytest.raises(InputError, match=r"log\.ulg: holds more than 1000 messages that are no samples"):
+        read_ulog(log_file(tmp_path, LOG.bytes() + message("S", SYNC) * 1000))
