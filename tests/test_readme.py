@@ -118,7 +118,7 @@ def run_line(line: str) -> None:
     if arguments[0] == "simulate" and "--jobs" not in arguments:
         arguments[1:1] = ["--jobs", "1"]  # a pool takes longer to start than these short runs
     if arguments[0] == "compare":
-        arguments[arguments.index("--trials") + 1] = "2"
+        arguments[arguments.index("--trials") + 1] = "10"
     if arguments[0] == "reproduce":
         assert arguments[1] in (*PAPERS, "all"), line
         arguments = ["reproduce", QUICKEST, *arguments[2:], "--seeds", "2", "--jobs", "1"]

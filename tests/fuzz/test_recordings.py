@@ -20,7 +20,7 @@ from tests.fuzz.material import CALIBRATION, log_table, scenario_in
 from tests.fuzz.tables import Bytes, Damage, broken_bytes, damages
 from tests.fuzz.values import damaged_json
 
-MEASURED, OWN = 300, 260
+MEASURED, OWN = 100, 90
 """Cases of each in the normal run."""
 METHODS = ("sphere", "ellipsoid", "twostep", "ml_newton", "vector_least_squares", "vector_lm", "ellipsoid_segmented")
 METADATA = {"schema": 1, "seed": 3, "run": 0, "parameters": {"field_enu_nT": [0.0, 20000.0, -40000.0], "effects": []}}

@@ -33,7 +33,7 @@ GUARDS = {
     "timing.py": {"SLOW_S", "MOST_LISTED", "RESOLUTION_DIGITS"},
     "tones.py": {"MAINS_HZ", "HARMONICS", "NEIGHBOURHOOD", "NARROWER", "MOST_TONES"},
     "units.py": {"USUAL_NT"},
-    "values.py": {"MOST_LISTED"},
+    "values.py": {"MOST_COLUMNS", "MOST_LISTED"},
     "wrapped.py": {"BITS"},
 }
 """Constants that decide nothing: units, physics, efforts and scales of a computation, and how much is listed."""

@@ -25,7 +25,7 @@ from scenarios.errors import InputError
 MOST_MB = 450
 """Of a process that reads all of these; the libraries alone take 200 MB."""
 CHILD = """
-import resource, sys
+import re, sys
 from pathlib import Path
 from recordings.readers import load
 for name in sys.argv[1:]:
@@ -33,8 +33,9 @@ for name in sys.argv[1:]:
         print(name, len(load(Path(name), lambda column: True).table))
     except ValueError as error:
         print(str(error))
-print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024)
+print(int(re.search(r"VmHWM:\\s+(\\d+) kB", Path("/proc/self/status").read_text())[1]) // 1024)
 """
+"""VmHWM is the process's own peak; ru_maxrss begins with that of the test run, which started it."""
 PACKED = {"chunks": (1 << 20,), "compression": "gzip"}
 
 
@@ -131,6 +132,7 @@ def bombs(place: Path) -> dict[Path, str]:
     }
 
 
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="the system tells no peak of its own process")
 def test_bombs_of_every_format_take_little_memory(tmp_path: Path) -> None:
     said = bombs(tmp_path)
     assert max(path.stat().st_size for path in said) < 2_000_000

@@ -95,7 +95,7 @@ def test_max_trials_stands_where_it_is_enough() -> None:
 @pytest.mark.parametrize(
     ("keys", "says"),
     [
-        ({"max_trials": 20}, r"within 20 trials nothing fails at a rate .* 1e-05 \(allow 21 or more"),
+        ({"max_trials": 20}, r"within 20 trials nothing fails at a rate .* 1e-5 \(allow 21 or more"),
         ({"max_trials": 100, "smallest_defect": 1.1}, r"1.1 times the limit takes [\d,]+ trials, max_trials is 100"),
         ({"smallest_defect": 1.001}, "takes more than 5000 trials"),
     ],
