@@ -75,6 +75,8 @@ class Frames:
 
 Place = tuple[int, int, int, int, int, int]
 """Start of the stamp, start of the payload, system, component, message, length of the payload."""
+MOST_AT_ONCE = 500_000
+"""Frames that are decoded at once, which bounds the memory of a file full of damaged ones."""
 Places = NDArray[np.signedinteger[Any]]
 """Rows of Place (n, 6)."""
 Sender = tuple[int, int]
@@ -92,11 +94,13 @@ def frames_of(data: Bytes, messages: Mapping[int, Any]) -> tuple[dict[Sender, di
     places = flat.reshape(-1, 6)
     found: dict[Sender, dict[str, Frames]] = {}
     damaged = 0
-    keys = places[:, 2:5]
-    for system, component, number in np.unique(keys, axis=0).tolist():
+    keys = places[:, 2] << 8 | places[:, 3]
+    keys = keys.astype(np.int64) << 24 | places[:, 4]  # one number, as rows of three would be copied and sorted
+    for key in np.unique(keys).tolist():
+        system, component, number = key >> 32, key >> 24 & 0xFF, key & 0xFFFFFF
         if number in messages:
-            own = places[np.all(keys == (system, component, number), axis=1)]
-            frames = _decoded(data, own, messages[number])
+            own = places[keys == key]
+            frames = _in_parts(data, own, messages[number])
             damaged += len(own) - len(frames)
             if len(frames):
                 found.setdefault((system, component), {})[frames.name] = frames
@@ -146,6 +150,14 @@ def _next(raw: bytes, start: int) -> int:
     """Return the next start of a stamp whose frame may be whole, -1 at the end of the file."""
     found = _MAGIC.search(raw, start + STAMP_BYTES + 1)
     return found.start() - STAMP_BYTES if found else -1
+
+
+def _in_parts(data: Bytes, places: Places, message: Any) -> Frames:
+    """Return the sound frames of one message, decoded MOST_AT_ONCE at a time."""
+    starts = range(0, len(places), MOST_AT_ONCE)
+    parts = [_decoded(data, places[start : start + MOST_AT_ONCE], message) for start in starts]
+    stamps_s, rows = (np.concatenate([getattr(part, name) for part in parts]) for name in ("stamps_s", "rows"))
+    return Frames(parts[0].name, stamps_s, rows, parts[0].instance)
 
 
 def _decoded(data: Bytes, places: Places, message: Any) -> Frames:
