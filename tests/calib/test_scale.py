@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from functools import cache
 
@@ -12,7 +13,8 @@ from scipy.spatial.transform import Rotation
 from calib import CALIBRATORS, Reference, get
 from calib.methods.ml_geometric import MaximumLikelihoodGeometric
 from calib.methods.sphere import SphereCalibrator
-from calib.scale import sphere_radius
+from calib.scale import field_factor, sphere_radius
+from recordings import Recording
 from tests.calib.expected import SECONDS_A_FIT, expected
 from tests.calib.test_contract import fit, soft_iron, with_all
 
@@ -133,3 +135,13 @@ def test_the_radius_is_that_of_the_sphere_and_of_a_circle():
     angle = np.linspace(0.0, 2.0, 50)
     circle = np.column_stack((3.0 * np.cos(angle), 3.0 * np.sin(angle), np.full(50, 2.0)))
     assert sphere_radius(circle) == pytest.approx(3.0)
+
+
+def test_of_a_sensor_that_hardly_turns_lengths_are_told_in_its_own_unit() -> None:
+    """In nT, 400 rms about a mean of 48,000: the sphere through such a cluster has any radius."""
+    cluster_nT = np.array([21_500.0, -1000.0, -43_000.0]) + np.random.default_rng(3).normal(0, 400, (450, 3))
+    recording = Recording(np.arange(450) / 15, cluster_nT)
+    assert field_factor(recording, Reference(48_272.0), vector=False, one_axis=False) == 1.0
+    told = re.search(r"to within (\d+) nT", get("sphere").fit(recording, Reference(48_272.0)).status.reason)
+    assert told is not None
+    assert 300 < float(told[1]) < 500

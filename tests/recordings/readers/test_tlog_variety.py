@@ -184,3 +184,16 @@ def test_px4_without_parameters_is_told(tmp_path: Path) -> None:
     send_compass(log, "SCALED_IMU", RAW_MG)
     beat(log, PX4)
     assert any("nothing can be undone" in note for note in read(log, tmp_path).notes)
+
+
+def test_frames_decoded_in_parts_are_those_decoded_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    log = Telemetry()
+    beat(log, ARDUPILOT)
+    send_parameters(log, float(ONE.time_s[0]), own(OFFSET_MG))
+    send_compass(log, "RAW_IMU", RAW_MG)
+    whole = read(log, tmp_path).table
+    monkeypatch.setattr("recordings.readers.tlog.frames.MOST_AT_ONCE", 7)
+    parts = read(log, tmp_path).table
+    assert parts.column_names == whole.column_names
+    for name in whole.column_names:
+        np.testing.assert_array_equal(parts[name].to_numpy(), whole[name].to_numpy(), err_msg=name)

@@ -54,3 +54,11 @@ def test_a_coarse_converter_at_rest_is_not_a_slower_sensor() -> None:
     assert stale(np.repeat(noise(SAMPLES // 4, 20.0), 4, axis=0))
     assert not stale(noise(SAMPLES, 20.0))
     assert not stale(np.zeros((10, 3)))
+
+
+def test_the_rate_of_a_channel_that_no_calibration_needs_is_no_note() -> None:
+    held = np.repeat(np.random.default_rng(1).normal(20, 1, SAMPLES // 10), 10)
+    found = findings(TIME_S, temperature_degC=held, pressure_hPa=held)
+    assert one(found, "rate_temperature_degC").level == "note"
+    assert one(found, "rate_pressure_hPa").level == "ok"
+    assert one(found, "rate_pressure_hPa").value == pytest.approx(5.0, rel=0.01)
