@@ -52,6 +52,15 @@ def confusion(rows: Sequence[Row]) -> tuple[list[str], list[str], Any]:
 
 def failures(rows: Sequence[Row]) -> list[str]:
     """Every trial that missed, in words."""
+    return [
+        f"{r['key']}: {r['verdict']} {[(name, others) for name, others, _ in r['names']]}, goes with {r['where'][:2]}"
+        for r in rows
+        if misses(r)
+    ]
+
+
+def misses(r: Row) -> bool:
+    """Whether the answer of a trial is not the right one."""
     missed: dict[str, Callable[[Row], bool]] = {
         "null": lambda r: bool(r["names"]),
         "coloured": lambda r: bool({name for name, _, _ in r["names"]} - NOISES),
@@ -63,11 +72,7 @@ def failures(rows: Sequence[Row]) -> list[str]:
         "shifted": lambda r: bool(_driven(r)),
         "random": lambda r: bool(_driven(r)),
     }
-    return [
-        f"{r['key']}: {r['verdict']} {[(name, others) for name, others, _ in r['names']]}, goes with {r['where'][:2]}"
-        for r in rows
-        if missed[_sort(r)](r)
-    ]
+    return missed[_sort(r)](r)
 
 
 def _nulls(rows: Sequence[Row], allowed: set[str]) -> Row:
