@@ -112,20 +112,27 @@ def _drawn(some: Sequence[Changed], most: int) -> list[Changed]:
 
 def table(rows: Sequence[Row]) -> Iterator[str]:
     """Lines: what was changed, in how many trials it had a say, other answers, to right and to wrong."""
-    plain = {row["key"].partition(" [")[0]: row for row in rows if not row["what"]}
+    plain = {_trial_of(row): row for row in rows if not row["what"]}
     say = {rule: sum(rule in row["fired"] for row in plain.values()) for rule in RULES}
     yield "| changed | had a say in | run again | other answers | to right | to wrong | failed |"
     yield "|---|---|---|---|---|---|---|"
     for what in dict.fromkeys(row["what"] for row in rows if row["what"]):
-        again = [row for row in rows if row["what"] == what]
-        pairs = [(plain[row["key"].partition(" [")[0]], row) for row in again]
-        other = sum(_told(before) != _told(after) for before, after in pairs)
-        right = sum(misses(before) and not _fails(after) for before, after in pairs)
-        wrong = sum(not misses(before) and _fails(after) for before, after in pairs)
-        failed = sum(after["verdict"] == "failed" for _, after in pairs)
-        yield f"| {what} | {say.get(what, '')} | {len(again)} | {other} | {right} | {wrong} | {failed} |"
-    for rule in (rule for rule, times in say.items() if not times):
-        yield f"| {rule} | 0 | | | | | |"
+        counts = _counts([(plain[_trial_of(row)], row) for row in rows if row["what"] == what])
+        yield "| " + " | ".join([what, str(say.get(what, "")), *map(str, counts)]) + " |"
+    yield from (f"| {rule} | 0 | | | | | |" for rule, times in say.items() if not times)
+
+
+def _trial_of(row: Row) -> str:
+    """Key of the trial that a row is of, changed or not."""
+    return str(row["key"].partition(" [")[0])
+
+
+def _counts(pairs: Sequence[tuple[Row, Row]]) -> tuple[int, ...]:
+    """Of rows before and after: how many, other answers, changed to right, changed to wrong, failed."""
+    other = sum(_told(before) != _told(after) for before, after in pairs)
+    right = sum(misses(before) and not _fails(after) for before, after in pairs)
+    wrong = sum(not misses(before) and _fails(after) for before, after in pairs)
+    return len(pairs), other, right, wrong, sum(after["verdict"] == "failed" for _, after in pairs)
 
 
 def _told(row: Row) -> tuple[Any, ...]:
