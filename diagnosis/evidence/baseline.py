@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from functools import reduce
+from functools import cached_property, reduce
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,10 +45,15 @@ class Baseline:
         """Masks (f,) of the folds that each split holds out."""
         return list(held_out_folds(self.problem.policy))
 
-    @property
+    @cached_property
     def squares(self) -> float:
         """Sum of squared residuals of the base and the accepted effects, in units of the noise."""
         return squares(self.sums, fit(self.sums, self.all_folds), self.all_folds)
+
+    @cached_property
+    def held_out_squares(self) -> list[float]:
+        """Sum of squared residuals on the folds that each split holds out, of the fit to the other folds."""
+        return [squares(self.sums, fit(self.sums, ~held), held) for held in self.splits]
 
     def residual(self, use: NDArray[np.bool_] | None = None) -> Array:
         """Residual (n, q) of base and accepted effects over the noise, fitted to the folds `use` (f,)."""
@@ -116,8 +121,8 @@ class Baseline:
     def held_out_gain(self, joint: Sums) -> float:
         """Nats on held-out segments, before the inflation, of the columns that the sums hold beyond the baseline's."""
         gains = [
-            (squares(self.sums, fit(self.sums, ~held), held) - squares(joint, fit(joint, ~held), held)) / 2
-            for held in self.splits
+            (before - squares(joint, fit(joint, ~held), held)) / 2
+            for held, before in zip(self.splits, self.held_out_squares, strict=True)
         ]
         return self.mean_gain(gains)
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import chi2
 
+from calib.numerics.symmetric import symmetric_inverse
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.library.candidates import Candidate
 from diagnosis.library.parameter_search import refine_between_neighbours, search_parameters
@@ -173,8 +174,7 @@ def _tried(baseline: Baseline, settings: Sequence[Candidate]) -> Iterable[_Tried
 def _gains(baseline: Baseline, tried: Sequence[_Tried]) -> list[float]:
     """Nats on the held-out folds of each split, for the setting that fits the training folds best."""
     gains = []
-    for held in baseline.splits:
-        before = squares(baseline.sums, fit(baseline.sums, ~held), held)
+    for held, before in zip(baseline.splits, baseline.held_out_squares, strict=True):
         trained = [(setting.sums, fit(setting.sums, ~held)) for setting in tried]
         joint, best = min(trained, key=lambda setting: squares(setting[0], setting[1], ~held))
         gains.append((before - squares(joint, best, held)) / 2)
@@ -198,7 +198,7 @@ def _strength(baseline: Baseline, tried: _Tried, k: int) -> tuple[float, float]:
     s, c = tried.sums, tried.fit.c[-k:]
     raw = float(c @ s.EE.sum(axis=0)[-k:, -k:] @ c)
     BB, BE = s.BB.sum(axis=0), s.BE.sum(axis=0)[:, :, -k:] @ c
-    taken = float(np.einsum("pq,pr,rq->", BE, np.linalg.pinv(BB, rcond=1e-13, hermitian=True), BE))
+    taken = float(np.einsum("pq,pr,rq->", BE, symmetric_inverse(BB, 1e-13), BE))
     remaining = max(raw - taken, 0.0)
     samples = max(float(s.count.sum()) * baseline.problem.target.shape[1], 1.0)
     return math.sqrt(remaining / samples), math.sqrt(remaining / raw) if raw > 0 else 0.0

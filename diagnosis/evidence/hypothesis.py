@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from calib.numerics.symmetric import symmetric_inverse
 from diagnosis.evidence.binned_rows import BinnedRows
 from diagnosis.evidence.noise_model import NoiseModel
 from scenarios.arrays import Array
@@ -135,7 +136,7 @@ def _taken(products: Array, k: int) -> Array:
     """Coefficients (k, j - k) of the projection on the first k columns, from products (j, j) in any units."""
     size = np.sqrt(np.maximum(np.diag(products), 1e-300))
     N = products / np.outer(size, size)
-    through = np.linalg.pinv(N[:k, :k], rcond=1e-12, hermitian=True) @ N[:k, k:]
+    through = symmetric_inverse(N[:k, :k], 1e-12) @ N[:k, k:]
     return np.asarray(through * size[k:] / size[:k, None])
 
 
@@ -149,7 +150,7 @@ def _without_base(z: Array, rows: BinnedRows) -> tuple[Array, Array]:
     z = z.reshape(-1, 1, shape[2]) if rows.common else z
     B, others = z[:, :, :p], z[:, :, p:]
     BB = np.einsum("nqi,nqj->qij", B, B, optimize=True)
-    inverse = np.linalg.pinv(BB, rcond=1e-13, hermitian=True)
+    inverse = symmetric_inverse(BB, 1e-13)
     through = inverse @ np.einsum("nqi,nqj->qij", B, others, optimize=True)
     free = others - np.einsum("nqp,qpj->nqj", B, through, optimize=True)
     return free.reshape(*shape[:2], -1), through
@@ -164,7 +165,7 @@ def _products(free: Array) -> Array:
 def _solved(products: Array) -> Array:
     """Least-squares coefficients c (k,) from products (k + 1, k + 1) of columns and target."""
     size = np.sqrt(np.maximum(np.diag(products)[:-1], 1e-300))
-    inverse = np.linalg.pinv(products[:-1, :-1] / np.outer(size, size), rcond=1e-9, hermitian=True)
+    inverse = symmetric_inverse(products[:-1, :-1] / np.outer(size, size), 1e-9)
     return np.asarray(inverse @ (products[:-1, -1] / size) / size)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -73,7 +74,8 @@ def _box(path: Array, margin_m: float, policy: Policy) -> Array:
 
 def _is_near(thin: ThinnedPath, place: Array, policy: Policy) -> bool:
     """Whether a position is neither on the path nor too far, relative to the path's extent where extreme."""
-    distance_m = np.sqrt(((thin.path - place) ** 2).sum(axis=1).min())
+    apart_m = thin.path - place
+    distance_m = np.sqrt(np.einsum("ni,ni->n", apart_m, apart_m).min())
     nearest_m = min(policy.nearest_place_m, policy.nearest_share * thin.extent_m)
     return bool(nearest_m < distance_m < max(policy.farthest_place_m, policy.farthest_share * thin.extent_m))
 
@@ -104,7 +106,7 @@ class ThinnedPath:
         y = cut.means(residual)
         return cls(problem.state.pos_enu_m[middle], to_sensor, (y - Q @ (Q.T @ y)).ravel(), Q)
 
-    @property
+    @cached_property
     def extent_m(self) -> float:
         """Longest side of the path's bounding box."""
         return _extent_m(self.path)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calib.numerics.colour import white_ratios
+from calib.numerics.symmetric import symmetric_inverse
 from diagnosis.policy import Policy
 from scenarios.arrays import Array
 
@@ -156,11 +157,11 @@ def fit(s: Sums, use: NDArray[np.bool_]) -> BlockFit:
     """Least squares on the folds `use` (f,): c from the orthogonal complement of the base, then beta."""
     BB, BE, EE = s.BB[use].sum(axis=0), s.BE[use].sum(axis=0), s.EE[use].sum(axis=0)
     By, Ey = s.By[use].sum(axis=0), s.Ey[use].sum(axis=0)
-    inverse = np.linalg.pinv(BB, rcond=1e-13, hermitian=True)
+    inverse = symmetric_inverse(BB, 1e-13)
     through = np.einsum("pr,rqk->pqk", inverse, BE)
     S = EE - np.einsum("pqi,pqk->ik", BE, through)
     size = np.sqrt(np.maximum(np.diag(EE), 1e-300))
-    covariance = np.linalg.pinv(S / np.outer(size, size), rcond=1e-9, hermitian=True) / np.outer(size, size)
+    covariance = symmetric_inverse(S / np.outer(size, size), 1e-9) / np.outer(size, size)
     c = covariance @ (Ey - np.einsum("pqk,pq->k", through, By))
     return BlockFit(inverse @ By - np.einsum("pqk,k->pq", through, c), c, covariance)
 

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from dataclasses import replace
-from functools import lru_cache
+from functools import cache
 from typing import Any
 
 import numpy as np
 import pytest
 
+from diagnosis.answer import Diagnosis
 from diagnosis.problem.formulation import pose
+from diagnosis.workflow import diagnose
 from recordings import Recording
 from recordings.assemble import recording_of
 from sim import effects as effect_table
@@ -24,12 +27,22 @@ BASE: dict[str, Any] = {
     "hard_iron": {"offset_nT": [500.0, -300.0, 800.0]},
     "white_noise": {"std_nT": [2.0, 2.0, 2.0]},
 }
+SHORTER = {
+    "quad-calibration": "phases.1.duration_s=100",
+    "auv-spiral": "phases.0.duration_s=900",
+    "auv-spiral-excited": "phases.0.duration_s=900",
+}
+"""Half of a scenario's motion, two circles and a half of an AUV, decides as the whole does."""
 Flight = Callable[..., Recording]
 
 
-@lru_cache(maxsize=2)
+def _shorter(scenario: str) -> list[str]:
+    return [SHORTER[scenario]] if scenario in SHORTER else []
+
+
+@cache
 def _flown(scenario: str) -> tuple[Recording, State, PreparedRun]:
-    quiet = ["navigation.attitude_noise_std_deg=0", "navigation.position_noise_std_m=0"]
+    quiet = ["navigation.attitude_noise_std_deg=0", "navigation.position_noise_std_m=0", *_shorter(scenario)]
     made = plan(load(scenario, quiet).model_copy(update={"effects": {}, "effect_order": None, "vary": {}}), 0, 1)
     columns: dict[str, list[Any]] = {}
     for block in blocks(made):
@@ -46,7 +59,7 @@ def own() -> Callable[..., Recording]:
 
     def make(scenario: str, seed: int, *changes: str) -> Recording:
         columns: dict[str, list[Any]] = {}
-        for block in blocks(plan(load(scenario, changes), 0, seed)):
+        for block in blocks(plan(load(scenario, [*_shorter(scenario), *changes]), 0, seed)):
             for key, values in block.items():
                 if not key.startswith(("true_", "effect")):
                     columns.setdefault(key, []).append(values)
@@ -59,20 +72,37 @@ def own() -> Callable[..., Recording]:
 def flight() -> Flight:
     """Make a recording with effects (tables) beside the base, for a scenario and a seed."""
 
-    def make(hidden: dict[str, Any], scenario: str = "quad-calibration", seed: int = 5) -> Recording:
-        recording, state, _ = _flown(scenario)
-        effects = effect_table.build({**BASE, **hidden}, None, "test")
-        return replace(recording, mag_nT=Chain(effects, seed).apply(state)[0])
+    return _flight
 
-    return make
+
+def _flight(hidden: dict[str, Any], scenario: str = "quad-calibration", seed: int = 5) -> Recording:
+    recording, state, _ = _flown(scenario)
+    effects = effect_table.build({**BASE, **hidden}, None, "test")
+    return replace(recording, mag_nT=Chain(effects, seed).apply(state)[0])
 
 
 @pytest.fixture
 def model() -> Callable[..., ModelSpec]:
     """The base as a model, for a scenario's field."""
 
-    def make(scenario: str = "quad-calibration") -> ModelSpec:
-        field = _flown(scenario)[2].field_enu_nT.tolist()
-        return ModelSpec.model_validate({"effects": BASE, "field": {"enu_nT": field}})
+    return _model
 
-    return make
+
+def _model(scenario: str = "quad-calibration") -> ModelSpec:
+    field = _flown(scenario)[2].field_enu_nT.tolist()
+    return ModelSpec.model_validate({"effects": BASE, "field": {"enu_nT": field}})
+
+
+@cache
+def _diagnosed(hidden: str, scenario: str) -> Diagnosis:
+    return diagnose(_flight(json.loads(hidden), scenario), _model(scenario))
+
+
+@pytest.fixture(scope="session")
+def diagnosed() -> Callable[..., Diagnosis]:
+    """The diagnosis of a flight with effects beside the base by the base as a model, made once for all tests."""
+
+    def of(hidden: dict[str, Any], scenario: str = "quad-calibration") -> Diagnosis:
+        return _diagnosed(json.dumps(hidden), scenario)
+
+    return of

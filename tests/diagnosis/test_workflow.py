@@ -39,8 +39,8 @@ HIDDEN: dict[str, Any] = {
 
 
 @pytest.mark.parametrize("name", HIDDEN)
-def test_a_hidden_effect_is_named(name: str, flight, model) -> None:  # type: ignore[no-untyped-def]
-    found = diagnose(flight({name: HIDDEN[name]}), model())
+def test_a_hidden_effect_is_named(name: str, diagnosed) -> None:  # type: ignore[no-untyped-def]
+    found = diagnosed({name: HIDDEN[name]})
     named = {n for one in found.named for n in (one.name, *one.alternatives)}
     assert name in named
     assert len(found.named) == 1
@@ -62,9 +62,9 @@ def _inside(found: Any, truth: Any) -> None:
 
 @pytest.mark.parametrize("scenario", ["quad-calibration", "auv-spiral-excited"])
 @pytest.mark.parametrize("name", TURNED)
-def test_an_error_of_the_field_or_of_the_attitude_comes_as_a_class(name: str, scenario: str, flight, model) -> None:  # type: ignore[no-untyped-def]
+def test_an_error_of_the_field_or_of_the_attitude_comes_as_a_class(name: str, scenario: str, diagnosed, model) -> None:  # type: ignore[no-untyped-def]
     given = model(scenario)
-    found = diagnose(flight({name: TURNED[name]}, scenario), given)
+    found = diagnosed({name: TURNED[name]}, scenario)
     assert found.verdict == "class"
     assert [(one.name, one.alternatives) for one in found.named] == [("regional_field", ("attitude_misalignment",))]
     assert any("another instrument" in line and "known bearing" in line for line in found.advice)
@@ -177,15 +177,15 @@ def test_rows_that_a_slower_sensor_repeats_are_left_out(flight, model) -> None: 
     assert diagnose(slower, model()).problem.usable.mean() == pytest.approx(0.5, abs=0.01)
 
 
-def test_the_gap_shrinks_on_held_out_segments(flight, model) -> None:  # type: ignore[no-untyped-def]
-    gap = diagnose(flight({"nonlinearity": HIDDEN["nonlinearity"]}), model()).gap
+def test_the_gap_shrinks_on_held_out_segments(diagnosed) -> None:  # type: ignore[no-untyped-def]
+    gap = diagnosed({"nonlinearity": HIDDEN["nonlinearity"]}).gap
     assert gap.before_sigma > 1.1
     assert gap.explained is not None
     assert gap.explained > 0.9
 
 
-def test_parameters_come_out_within_their_intervals(flight, model) -> None:  # type: ignore[no-untyped-def]
-    (one,) = diagnose(flight({"hysteresis": HIDDEN["hysteresis"]}), model()).named
+def test_parameters_come_out_within_their_intervals(diagnosed) -> None:  # type: ignore[no-untyped-def]
+    (one,) = diagnosed({"hysteresis": HIDDEN["hysteresis"]}).named
     truth = effect_table.build({"hysteresis": HIDDEN["hysteresis"]}, None, "")[0]
     for name in ("gain", "threshold_nT"):
         error = np.asarray(getattr(one.effect, name)) - np.asarray(getattr(truth, name))
@@ -197,8 +197,8 @@ def test_an_effect_left_out_of_the_library_is_not_misnamed(flight, model) -> Non
     assert found.verdict in ("unknown", "partial")
 
 
-def test_the_patched_model_is_a_valid_model(flight, model, tmp_path) -> None:  # type: ignore[no-untyped-def]
-    found = diagnose(flight({"motor_current": HIDDEN["motor_current"]}), model())
+def test_the_patched_model_is_a_valid_model(flight, diagnosed, tmp_path) -> None:  # type: ignore[no-untyped-def]
+    found = diagnosed({"motor_current": HIDDEN["motor_current"]})
     path = tmp_path / "model.toml"
     path.write_text(to_toml(found.model))
     again = load_model(path)
@@ -224,9 +224,9 @@ def test_a_motor_keeps_its_number_from_the_log_to_the_new_model(tmp_path: Path) 
     assert diagnose(given, again).verdict == "none"
 
 
-def test_a_second_recording_upgrades_the_evidence(flight, model) -> None:  # type: ignore[no-untyped-def]
+def test_a_second_recording_upgrades_the_evidence(flight, model, diagnosed) -> None:  # type: ignore[no-untyped-def]
     hidden = {"motor_current": HIDDEN["motor_current"]}
-    found = diagnose(flight(hidden), model())
+    found = diagnosed(hidden)
     assert found.named[0].transfer == "single-run"
     there = confirmed(found, flight(hidden, seed=9), model(), None, None)
     absent = confirmed(found, flight({}, seed=9), model(), None, None)
@@ -244,12 +244,12 @@ def test_without_attitude_the_strength_is_compared(flight, model) -> None:  # ty
     assert [one.name for one in found.named] == ["offset_jump"]
 
 
-def test_a_level_spiral_cannot_tell_eddy_currents_from_soft_iron_and_the_advised_motion_does(flight, model) -> None:  # type: ignore[no-untyped-def]
+def test_a_level_spiral_cannot_tell_eddy_currents_from_soft_iron_and_the_advised_motion_does(diagnosed) -> None:  # type: ignore[no-untyped-def]
     hidden = {"eddy_current": {"matrix_s": [[3e-3, 6e-4, 0], [0, 2e-3, 3e-4], [4e-4, 0, 3e-3]]}}
-    level = diagnose(flight(hidden, "auv-spiral"), model("auv-spiral"))
+    level = diagnosed(hidden, "auv-spiral")
     assert level.verdict == "not_observable"
     assert "eddy_current" in level.not_observable
     assert any("eddy_current" in one.alternatives for one in level.named)
     assert any("fly" in line for line in level.advice)
-    excited = diagnose(flight(hidden, "auv-spiral-excited"), model("auv-spiral-excited"))
+    excited = diagnosed(hidden, "auv-spiral-excited")
     assert (excited.verdict, [one.name for one in excited.named]) == ("named", ["eddy_current"])
