@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import replace
+from functools import cache
 from types import ModuleType
 
 import numpy as np
@@ -58,14 +59,20 @@ def recording(
 ) -> Recording:
     """A recording of a standard motion at 10 Hz; seed None leaves the noise out."""
     time_s = np.arange(n) / 10.0
-    turn = attitude(motion, time_s)
-    field_nT = turn.inv().apply(FIELD_ENU_NT)
-    rate_rad_s = body_rate_rad_s(motion, time_s)
+    att_q, field_nT, rate_rad_s = (values.copy() for values in _moved(motion, n))
     mag_nT = field_nT @ soft.T + HARD_NT
     if eddy_s is not None:
         mag_nT = mag_nT - np.cross(rate_rad_s, field_nT) @ eddy_s.T
-    clean = Recording(time_s, mag_nT, gyro_rad_s=rate_rad_s, att_q=turn.as_quat(scalar_first=True))
+    clean = Recording(time_s, mag_nT, gyro_rad_s=rate_rad_s, att_q=att_q)
     return clean if seed is None else noisy(clean, seed, noise_std_nT)
+
+
+@cache
+def _moved(motion: str, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Attitude (n, 4), field (n, 3) and body rate (n, 3) of a standard motion at 10 Hz."""
+    time_s = np.arange(n) / 10.0
+    turn = attitude(motion, time_s)
+    return turn.as_quat(scalar_first=True), turn.inv().apply(FIELD_ENU_NT), body_rate_rad_s(motion, time_s)
 
 
 def noisy(clean: Recording, seed: int, noise_std_nT: float = NOISE_STD_NT) -> Recording:

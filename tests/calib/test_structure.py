@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ HARD_NT = np.array([12_000.0, -8_000.0, 25_000.0])
 STRENGTH = pytest.mark.parametrize("name", ["ellipsoid", "twostep", "ml_newton", "ml_geometric"])
 
 
+@cache
 def field_nT(seed: int, n: int = 4000) -> np.ndarray:
     """The field (n, 3) in a body that is turned at random over the whole sphere, 0.1 rad a sample in the mean."""
     rng = np.random.default_rng(seed)
@@ -29,6 +31,12 @@ def field_nT(seed: int, n: int = 4000) -> np.ndarray:
         turn = turn * Rotation.from_rotvec(step)
         directions[k] = turn.inv().apply([0.0, 0.44, -0.898])
     return F_NT * directions / np.linalg.norm(directions, axis=1)[:, None]
+
+
+@cache
+def flickering_nT(seed: int, n: int) -> np.ndarray:
+    """Flicker noise (n, 3) of a seed, the same for every method."""
+    return 5.0 * flicker(n, np.random.default_rng(seed))
 
 
 def slow(n: int, seed: int, width: float) -> np.ndarray:
@@ -99,8 +107,8 @@ def test_white_and_flicker_noise_are_no_structure(name, least):
         h_nT = field_nT(seed)
         h_nT = h_nT[h_nT[:, 0] > least * F_NT]
         assert "not noise" not in get(name).fit(measured(h_nT, seed), Reference(F_NT)).status.reason
-        flicker_nT = 5.0 * flicker(len(h_nT), np.random.default_rng(seed))
-        assert "not noise" not in get(name).fit(measured(h_nT, seed, flicker_nT), Reference(F_NT)).status.reason
+        flickering = measured(h_nT, seed, flickering_nT(seed, len(h_nT)))
+        assert "not noise" not in get(name).fit(flickering, Reference(F_NT)).status.reason
 
 
 def test_missing_directions_still_ask_for_motion():

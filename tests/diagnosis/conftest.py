@@ -41,8 +41,12 @@ def _shorter(scenario: str) -> list[str]:
 
 
 @cache
-def _flown(scenario: str) -> tuple[Recording, State, PreparedRun]:
-    quiet = ["navigation.attitude_noise_std_deg=0", "navigation.position_noise_std_m=0", *_shorter(scenario)]
+def _flown(scenario: str, whole: bool = False) -> tuple[Recording, State, PreparedRun]:
+    quiet = [
+        "navigation.attitude_noise_std_deg=0",
+        "navigation.position_noise_std_m=0",
+        *([] if whole else _shorter(scenario)),
+    ]
     made = plan(load(scenario, quiet).model_copy(update={"effects": {}, "effect_order": None, "vary": {}}), 0, 1)
     columns: dict[str, list[Any]] = {}
     for block in blocks(made):
@@ -75,8 +79,10 @@ def flight() -> Flight:
     return _flight
 
 
-def _flight(hidden: dict[str, Any], scenario: str = "quad-calibration", seed: int = 5) -> Recording:
-    recording, state, _ = _flown(scenario)
+def _flight(
+    hidden: dict[str, Any], scenario: str = "quad-calibration", seed: int = 5, *, whole: bool = False
+) -> Recording:
+    recording, state, _ = _flown(scenario, whole)
     effects = effect_table.build({**BASE, **hidden}, None, "test")
     return replace(recording, mag_nT=Chain(effects, seed).apply(state)[0])
 

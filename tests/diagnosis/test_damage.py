@@ -49,12 +49,15 @@ def _misses(flight: Callable[..., Any], model: Callable[..., ModelSpec]) -> list
 
 
 def _misses_in_evidence(flight: Callable[..., Any], model: Callable[..., ModelSpec]) -> list[str]:
-    """Evidence of nothing, and evidence against colour, that are not what they must be."""
+    """Evidence of nothing, and evidence against colour, that are not what they must be; of whole flights.
+
+    The cost of a column is that of a long recording, of which every fold determines the columns.
+    """
     out = []
-    cost = np.mean([_cost_of_a_column(_problem(flight({}, seed=seed), model())) for seed in range(4)])
+    cost = np.mean([_cost_of_a_column(_problem(flight({}, seed=seed, whole=True), model())) for seed in range(4)])
     if abs(cost - COLUMNS_COST) > 0.35:
         out.append(f"a column costs {cost:.2f} nats of white noise")
-    most = _most_evidence(_problem(_turned(flight({})), model()))
+    most = _most_evidence(_problem(_turned(flight({}, whole=True)), model()))
     if most > 10 * STANDARD.apart:
         out.append(f"{most:.0f} nats for an effect where only the attitude wanders")
     return out
