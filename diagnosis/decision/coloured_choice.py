@@ -15,8 +15,6 @@ from diagnosis.decision.white_choice import (
     is_channel_equivalent,
     select_simplest,
 )
-from diagnosis.evidence.attitude_like import TURNS, attitude_explains_as_much
-from diagnosis.evidence.attitude_wander import attitude_wander_explains_more, with_attitude_wander
 from diagnosis.evidence.baseline import Baseline, IsClean, added_share
 from diagnosis.evidence.candidate_result import TOO_LITTLE, CandidateResult
 from diagnosis.evidence.candidate_test import (
@@ -27,33 +25,30 @@ from diagnosis.evidence.candidate_test import (
     gain_along_field,
     share_along_field,
 )
-from diagnosis.evidence.constancy import coefficients_change
-from diagnosis.evidence.heading_harmonics import follows_earth_frame, follows_heading
 from diagnosis.evidence.held_out import Evidence
-from diagnosis.evidence.smooth_course import (
-    field_course_explains_more,
-    place_course_explains_more,
-    time_course_explains_more,
+from diagnosis.evidence.rivals import (
+    ATTITUDE_WANDER,
+    SIZE_DIFFERS,
+    attitude_suffices,
+    wander_wins,
+    winning_rival,
+    with_attitude_wander,
 )
-from diagnosis.evidence.smooth_windows import equivalent_course
 from diagnosis.evidence.windowed_candidates import recurs_outside_window
+from diagnosis.library.candidates import Candidate
 from diagnosis.policy import Policy
 from sim.effects import EFFECTS
 
 NO_GAIN_ALONG_FIELD = "no gain along the field: explained by an attitude error"
 LOSS_ALONG_FIELD = "adds a part along the field that is not measured: explained by an attitude error"
-SIZE_DIFFERS = "the size differs between parts of the run"
 NOT_SHOWN_BY_MOTION = "hardly observable on this motion: explained by attitude errors"
-ATTITUDE_WANDER = "explained equally well by a slowly wandering attitude"
 NO_BETTER_THAN_SURROGATES = "no better than its own course shifted in time"
-LIKE_HEADING = "explained equally well by a function of the heading"
-LIKE_EARTH_FRAME = "explained better by a wave of the field in the earth's frame"
-LIKE_COURSE = "explained equally well by the course of {}"
 OUTSIDE_WINDOW = "also present outside its window"
 SMALL_SHARE_ADDED = "explains too little of the gap"
-LIKE_TIME = "explained better by a smooth course of time"
-LIKE_FIELD = "explained better by a smooth course of the field"
-LIKE_PLACE = "explained better by a field that changes with position"
+TURNS = {
+    name for effect in EFFECTS if effect.traits.attitude_error for name in (effect.name, effect.traits.equivalent_to)
+}
+"""Names of the attitude errors, and of the effects equal to them on every motion."""
 ATTITUDE_REFUSALS = (NO_GAIN_ALONG_FIELD, ATTITUDE_WANDER)
 REVISABLE_REFUSALS = (*ATTITUDE_REFUSALS, LOSS_ALONG_FIELD, SIZE_DIFFERS)
 """Refusals that the residual of a second effect may have caused."""
@@ -171,75 +166,52 @@ class CandidateTest:
         elif fit.gain <= surrogates.max():
             refusal = NO_BETTER_THAN_SURROGATES
         else:
-            refusal = self._refusal(fit, with_candidate, coloured) or self._refusal_by_wander(
-                fit, with_candidate, coloured, needed
-            )
-        attitude_suffices = not (refusal or coloured) and attitude_explains_as_much(
-            self.baseline, with_candidate, fit.evidence.candidate
-        )
-        return CandidateTrial(fit, inflation, coloured, needed, refusal, attitude_suffices)
+            refusal = self._refusal(fit, with_candidate, needed, coloured=coloured)
+        turned = not (refusal or coloured) and self._is_attitude(fit, with_candidate)
+        return CandidateTrial(fit, inflation, coloured, needed, refusal, turned)
 
-    def _refusal(self, fit: CandidateFit, with_candidate: Baseline, coloured: bool) -> str:
+    def _refusal(self, fit: CandidateFit, with_candidate: Baseline, needed: float, *, coloured: bool) -> str:
         """Reason why a candidate with enough evidence is no cause, empty if none."""
         return (
-            self._refusal_by_survival(fit.evidence, coloured)
-            or self._refusal_by_size(fit, coloured)
-            or self._refusal_by_course(fit.evidence, with_candidate)
-            or self._refusal_by_share(with_candidate, coloured)
+            (self._refusal_in_colour(fit.evidence, with_candidate) if coloured else "")
             or self._refusal_along_the_field(fit, with_candidate, coloured)
-            or self._refusal_by_any_course(fit, coloured)
+            or self._refusal_outside_window(fit.evidence.candidate, with_candidate)
+            or winning_rival(fit, self.baseline, self.coloured_baseline, coloured=coloured)
+            or (self._refusal_by_wander(fit, with_candidate, needed) if coloured else "")
         )
 
-    def _refusal_by_wander(self, fit: CandidateFit, with_candidate: Baseline, coloured: bool, needed: float) -> str:
+    def _refusal_in_colour(self, evidence: Evidence, with_candidate: Baseline) -> str:
+        """Refuse a candidate of low survival, which imitates attitude errors, and a small share of the gap."""
+        problem = self.baseline.problem
+        turns = problem.turns and not {"attitude", "rate"}.isdisjoint(evidence.candidate.effect.needs)
+        if turns and evidence.survival < problem.policy.survival_of_errors:
+            return NOT_SHOWN_BY_MOTION
+        added = added_share(self.start, self.baseline, with_candidate.squares)
+        return SMALL_SHARE_ADDED if added < problem.policy.least_added else ""
+
+    def _refusal_outside_window(self, candidate: Candidate, with_candidate: Baseline) -> str:
+        return OUTSIDE_WINDOW if recurs_outside_window(self.baseline, with_candidate, candidate) else ""
+
+    def _refusal_by_wander(self, fit: CandidateFit, with_candidate: Baseline, needed: float) -> str:
         """Refuse a part of an attitude error; a source explaining the part along the field is exempt."""
         source = fit.evidence.candidate.effect.traits.field_source and with_candidate.problem.compares_across
-        if not coloured or (source and self._explains_along_field(with_candidate, needed)):
+        if source and self._explains_along_field(with_candidate, needed):
             return ""
-        return ATTITUDE_WANDER if attitude_wander_explains_more(fit, self.wander, needed) else ""
+        return ATTITUDE_WANDER if wander_wins(fit, self.wander, needed) else ""
 
     def _explains_along_field(self, with_candidate: Baseline, needed: float) -> bool:
         """Whether the part along the field is explained by enough evidence; a wandering attitude has no such part."""
         enough = share_along_field(self.baseline, with_candidate) > with_candidate.problem.policy.along_share
         return enough and gain_along_field(self.baseline, with_candidate) > needed
 
-    def _refusal_by_survival(self, evidence: Evidence, coloured: bool) -> str:
-        """Refuse a candidate of low survival: fitted to errors, it imitates attitude errors."""
-        turns = self.baseline.problem.turns and not {"attitude", "rate"}.isdisjoint(evidence.candidate.effect.needs)
-        return (
-            NOT_SHOWN_BY_MOTION
-            if coloured and turns and evidence.survival < self.baseline.problem.policy.survival_of_errors
-            else ""
-        )
-
-    def _refusal_by_size(self, fit: CandidateFit, coloured: bool) -> str:
-        policy = self.baseline.problem.policy
-        share = policy.other_size_coloured if coloured else policy.other_size
-        return SIZE_DIFFERS if coefficients_change(fit, self.coloured_baseline, share) else ""
-
-    def _refusal_by_course(self, evidence: Evidence, with_candidate: Baseline) -> str:
-        """Refuse a tone that follows heading or field, and a window without a distinct begin and end."""
-        if follows_heading(self.baseline, evidence):
-            return LIKE_HEADING
-        if follows_earth_frame(self.baseline, evidence):
-            return LIKE_EARTH_FRAME
-        if course := equivalent_course(self.baseline, evidence.candidate):
-            return LIKE_COURSE.format(course)
-        return OUTSIDE_WINDOW if recurs_outside_window(self.baseline, with_candidate, evidence.candidate) else ""
-
-    def _refusal_by_share(self, with_candidate: Baseline, coloured: bool) -> str:
-        too_little = (
-            added_share(self.start, self.baseline, with_candidate.squares) < self.baseline.problem.policy.least_added
-        )
-        return SMALL_SHARE_ADDED if coloured and too_little else ""
-
-    def _refusal_by_any_course(self, fit: CandidateFit, coloured: bool) -> str:
-        """Refuse a part of a slow disturbance."""
-        if coloured and time_course_explains_more(fit, self.coloured_baseline, self.baseline.problem):
-            return LIKE_TIME
-        if coloured and field_course_explains_more(fit, self.coloured_baseline, self.baseline.problem):
-            return LIKE_FIELD
-        of_place = coloured and place_course_explains_more(fit, self.coloured_baseline, self.baseline.problem)
-        return LIKE_PLACE if of_place else ""
+    def _is_attitude(self, fit: CandidateFit, with_candidate: Baseline) -> bool:
+        """Whether a candidate field does nothing along the field that a smooth attitude error would not do."""
+        candidate = fit.evidence.candidate
+        if not candidate.effect.traits.field_source or explains_along_field(
+            self.baseline, with_candidate, candidate.tried
+        ):
+            return False
+        return attitude_suffices(fit, self.baseline, self.coloured_baseline)
 
     def _refusal_along_the_field(self, fit: CandidateFit, with_candidate: Baseline, coloured: bool) -> str:
         """Refuse an error of the attitude: no gain along the field in a coloured residual, or a loss there in any."""

@@ -10,10 +10,10 @@ import numpy as np
 from diagnosis.decision.monotone_courses import monotone_channels
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.channel_following import find_followed_channel
+from diagnosis.evidence.channels_in_window import courses_on_within
 from diagnosis.evidence.localise import TIME, ChannelShare, channels, localise
 from diagnosis.evidence.rising_spectrum import RisingSpectrum
 from diagnosis.evidence.slow_noise import follows_time_only
-from diagnosis.evidence.smooth_windows import courses_on_within
 from diagnosis.problem.actuators import as_currents
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.problem.strength import turns_too_fast

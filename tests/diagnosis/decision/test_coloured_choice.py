@@ -12,7 +12,6 @@ import pytest
 from diagnosis.decision.coloured_choice import (
     NO_GAIN_ALONG_FIELD,
     REVISABLE_REFUSALS,
-    SIZE_DIFFERS,
     CandidateTest,
     CandidateTrial,
 )
@@ -22,7 +21,7 @@ from diagnosis.evidence.candidate_result import TOO_LITTLE
 from diagnosis.evidence.candidate_test import CandidateFit
 from diagnosis.policy import STANDARD
 from sim.effects import EFFECTS
-from tests.diagnosis.synthetic import problem
+from tests.diagnosis.synthetic import problem, recording
 
 ERROR = {"error_enu_nT": [60.0, -40.0, 20.0]}
 
@@ -68,12 +67,11 @@ def test_what_explains_next_to_nothing_takes_no_turn() -> None:
     assert look.order(start, start) == [2, 1, 3, 0]
 
 
-def test_what_has_another_size_in_each_part_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What leaves a clean rest is held to the share for that."""
-    shares: dict[str, float] = {}
-    differs = "diagnosis.decision.coloured_choice.coefficients_change"
-    monkeypatch.setattr(differs, lambda one, coloured_baseline, share: not shares.update({one.evidence.name: share}))
-    selection = select(problem(n=1500, hidden={"regional_field": ERROR}))
-    assert not selection.accepted
-    assert SIZE_DIFFERS in {one.outcome for one in selection.results}
-    assert shares["regional_field"] == STANDARD.other_size
+def test_what_has_another_size_in_each_part_is_refused() -> None:
+    """A current whose gain has another sign in the last quarter, beside a temperature that only rises."""
+    given = recording(1500)
+    assert given.current_A is not None
+    gain = np.where(given.time_s < 0.75 * given.time_s[-1], 1.0, -1.0)
+    posed = problem(replace(given, mag_nT=given.mag_nT + (gain * given.current_A[:, 0])[:, None] * [3.0, -2.0, 1.0]))
+    accepted = select(posed).accepted
+    assert "motor_current" not in [one.name for one in accepted if one.evidence.candidate.window is None]
