@@ -274,15 +274,6 @@ class Policy:
         0.97, "share of a slow course's power common to all axes, above which the course is a cause and no noise",
         run="tuning seeds 920 to 931: 0.57 to 0.93 of three noises of f^-3, 0.999 and more of drifts and temperatures",
     )  # fmt: skip
-    other_size: float = number(
-        0.1, "share of an effect's gain added by separate coefficients in parts of the run, above which it is rejected",
-        run="tuning seeds 203 and 204: at most 0.03 of 67 true effects of 0.3 and 1 sigma; 0.15 for a day's change "
-        "beside an attitude that walks",
-    )  # fmt: skip
-    other_size_coloured: float = number(
-        0.3, "as other_size, in a coloured residual, where a further effect may be missing",
-        run="tuning seed 211: 0.15 for a gradient beside a jump that is not in yet",
-    )  # fmt: skip
     look_alike_kept: float = number(0.5, "part of its evidence that a look-alike keeps at most once the best is in")
     least_added: float = number(0.05, "share of the gap that an effect must explain in coloured noise")
 

@@ -88,22 +88,24 @@ NOTHING: Mapping[str, Mapping[str, Neutral]] = {
     "decision.coloured_choice": {
         "_stronger_in_window": answer([]),
         "CandidateTest.is_accepted_with_another": answer(value=False),
-        "CandidateTest._refusal_by_survival": answer(""),
-        "CandidateTest._refusal_by_size": answer(""),
-        "CandidateTest._refusal_by_share": answer(""),
+        "CandidateTest._refusal_in_colour": answer(""),
         "CandidateTest._refusal_along_the_field": answer(""),
         "CandidateTest._refusal_by_wander": answer(""),
         "CandidateTest._explains_along_field": answer(value=False),
         "explains_along_field": answer(value=True),
-        "follows_heading": answer(value=False),
-        "follows_earth_frame": answer(value=False),
-        "equivalent_course": answer(""),
         "recurs_outside_window": answer(value=False),
-        "time_course_explains_more": answer(value=False),
-        "field_course_explains_more": answer(value=False),
-        "place_course_explains_more": answer(value=False),
-        "attitude_explains_as_much": answer(value=False),
+        "attitude_suffices": answer(value=False),
+        "wander_wins": answer(value=False),
         "is_channel_equivalent": answer(value=False),
+    },
+    "evidence.rivals": {
+        "lobe_of_the_heading": answer(()),
+        "wave_of_the_field": answer(()),
+        "size_that_follows": answer(()),
+        "size_of_each_part": answer(()),
+        "course_of_time": answer(()),
+        "course_of_the_field": answer(()),
+        "course_of_the_place": answer(()),
     },
     "evidence.candidate_test": {"ColouredBaseline.surrogate_gains": answer(np.zeros(1))},
     "decision.screening": {
@@ -198,6 +200,7 @@ def _patched(rule: Rule, count: Counter[str], *, off: bool) -> Any:
         if off:
             return without
         found = own(*args, **named)
+        found = tuple(found) if isinstance(found, Iterator) else found
         count[rule.name] += not _same(found, without)
         return found
 

@@ -101,8 +101,8 @@ def _wrong_values(problem: LinearProblem, lattices: Lattices, beside: Mask) -> D
     if _across_the_field(problem, residual, single):
         return None
     seen = _seen(problem, residual)
-    far = (seen > policy.far_sigma).any(axis=1) & (single | _quiet(seen, policy)) & ~beside
-    return _finding("outliers", single | far, rate_hz, mean_nT)
+    far = _short_runs((seen > policy.far_sigma).any(axis=1), policy.most_burst) & ~beside
+    return _finding("outliers", single | (far & _quiet(seen, policy)), rate_hz, mean_nT)
 
 
 def _seen(problem: LinearProblem, residual: Array) -> Array:
@@ -154,6 +154,15 @@ def _spike_law(size_nT: Array, duration_s: float, one_size: float) -> tuple[floa
 def _quiet(seen: Array, policy: Policy) -> bool:
     """Whether the base's residual (n, q), in units of the noise, is so small that a far sample must be wrong."""
     return bool((np.median(seen, axis=0) < policy.quiet_sigma).all())
+
+
+def _short_runs(far: Mask, most: int) -> Mask:
+    """The samples (n,) of runs of at most `most`: a body beside the path, or a base that does not fit, lasts longer."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], far.astype(np.int8), [0]]))).reshape(-1, 2)
+    short = np.zeros(len(far), np.bool_)
+    for first, end in edges[np.diff(edges, axis=1)[:, 0] <= most]:
+        short[first:end] = True
+    return short
 
 
 def held_rows(problem: LinearProblem) -> Mask:

@@ -95,6 +95,18 @@ def test_wrong_samples_are_those_that_were_made_wrong() -> None:
     assert np.count_nonzero(found.samples) <= len(where) + 2
 
 
+def test_a_body_beside_the_path_is_no_wrong_value_though_others_are() -> None:
+    """Its field rises and falls over a hundred samples, far above the noise, between a few single wrong values."""
+    given = recording()
+    mag, where = given.mag_nT.copy(), np.array([300, 1200, 2800, 3500])
+    mag[where, 1] += [200.0, -150.0, 180.0, -220.0]
+    passing = 400.0 / (1 + ((np.arange(len(mag)) - 2000) / 30.0) ** 2) ** 1.5
+    mag += passing[:, None] * [1.0, -0.6, 0.3]
+    (found,) = direct_evidence(problem(replace(given, mag_nT=mag)))
+    assert found.samples[where].all()
+    assert np.count_nonzero(found.samples) < 20  # of 150 that are far from the iron
+
+
 def test_more_white_noise_is_what_the_model_lacks() -> None:
     """sqrt(5^2 - 3^2) = 4; rounding to q has q^2 / 12 of its own."""
     posed = problem(noise_nT=5.0, model=(WhiteNoise((3.0, 3.0, 3.0)),))
