@@ -7,8 +7,10 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from diagnosis.decision.monotone_courses import monotone_channels
 from diagnosis.decision.remarks import long_climb, long_track
 from diagnosis.decision.sentence import channel_curves
+from diagnosis.evidence.localise import TIME
 from diagnosis.evidence.slow_noise import is_attitude_error
 from diagnosis.problem.actuators import as_currents
 from diagnosis.problem.linear import LinearProblem
@@ -52,10 +54,12 @@ def give_altitude(diagnosis: Diagnosis) -> Iterator[str]:
 
 
 def try_actuator(diagnosis: Diagnosis) -> Iterator[str]:
-    """A recorded channel followed by the gap may drive it."""
-    followed = [
-        share.channel for share in diagnosis.where[:TRIED_CHANNELS] if share.channel in _untried_channels(diagnosis)
-    ]
+    """A recorded channel followed by the gap more than time may drive it; a monotone one resembles any slow course."""
+    problem = diagnosis.problem
+    time = next((share.share for share in diagnosis.where if share.channel == TIME), 0.0)
+    untried = _untried_channels(diagnosis) - monotone_channels(problem)
+    leading = [share for share in diagnosis.where[:TRIED_CHANNELS] if share.share > time + problem.policy.beside_time]
+    followed = [share.channel for share in leading if share.channel in untried]
     if followed and not diagnosis.verdict.explained and not channel_curves(diagnosis):
         options = " ".join(f"--actuator {name}" for name in followed)
         yield f"The gap follows {' and '.join(followed)}: try {options}."

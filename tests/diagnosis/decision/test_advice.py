@@ -66,9 +66,14 @@ def test_what_rises_and_turns_the_field_is_of_the_clocks_and_no_wheel(
 
 
 def test_a_recorded_channel_is_offered_as_an_actuator() -> None:
-    given = replace(recording(), channels={"pump": np.linspace(-0.5, 2.0, 4000)})
-    found = diagnosis_of(Verdict.UNKNOWN, problem=problem(given), where=(ChannelShare("pump", "body", 0.5),))
+    time = np.linspace(0.0, 1.0, 4000)
+    given = replace(recording(), channels={"pump": np.sin(20 * time), "battery": 12 - time})
+    led = (ChannelShare("pump", "body", 0.5), ChannelShare("battery", "body", 0.45))
+    found = diagnosis_of(Verdict.UNKNOWN, problem=problem(given), where=led)
     assert "--actuator pump" in advice_for(found)[0]
+    assert "battery" not in advice_for(found)[0]  # it only falls, as every slow course does
+    as_time = (ChannelShare("pump", "body", 0.5), ChannelShare("time_s", "body", 0.49))
+    assert "--actuator" not in " ".join(advice_for(replace(found, where=as_time)))
     assert "--actuator" not in " ".join(advice_for(replace(found, verdict=Verdict.CLASS)))
 
 
