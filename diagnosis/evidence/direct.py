@@ -101,7 +101,7 @@ def _wrong_values(problem: LinearProblem, lattices: Lattices, beside: Mask) -> D
     if _across_the_field(problem, residual, single):
         return None
     seen = _seen(problem, residual)
-    far = _short_runs((seen > policy.far_sigma).any(axis=1), policy.most_burst) & ~beside
+    far = _short_runs(np.asarray((seen > policy.far_sigma).any(axis=1)), policy.most_burst) & ~beside
     return _finding("outliers", single | (far & _quiet(seen, policy)), rate_hz, mean_nT)
 
 
