@@ -50,6 +50,12 @@ ReferenceSensor = Annotated[
     int | None,
     typer.Option(min=1, help="The sensor of an array whose reading is the field, in place of attitude and field."),
 ]
+Numbers = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set", metavar="NUMBER=VALUE", help="Another number of the policy that decides, e.g. alpha=0.001; repeatable."
+    ),
+]
 OneRun = Annotated[int | None, typer.Option(min=0, help="Which run of a dataset directory.  [default: all]")]
 
 
@@ -65,6 +71,7 @@ def command(
     run: OneRun = None,
     sensor: Sensor = None,
     reference_sensor: ReferenceSensor = None,
+    set_: Numbers = None,
     scheduler: Scheduler = None,
     out: Annotated[Path | None, typer.Option("--out", "-o", help="Output directory.  [default: out/diagnosis]")] = None,
     json: Json = False,
@@ -78,6 +85,7 @@ def command(
 
     Example: magbench diagnose monday.parquet tuesday.parquet friday.parquet --model auv-dive -o out/diagnosis
     """
+    from diagnosis.policy import STANDARD, changed
     from magbench.api.diagnose import diagnose
     from magbench.console import say
 
@@ -88,6 +96,7 @@ def command(
         field_strength_nT=field_strength_nT,
         field_enu_nT=field_vector(field_enu_nT),
         confirm=confirm,
+        policy=changed(STANDARD, set_ or ()),
         actuators=actuator or (),
         reading=reading,
         run=run,

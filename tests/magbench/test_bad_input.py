@@ -148,6 +148,18 @@ def test_of_two_values_for_one_option_none_is_taken(
     assert f"{option}: takes one value, and 2 are given" in refused(capsys, *arguments)
 
 
+@pytest.mark.parametrize(
+    ("number", "line"),
+    [("alhpa=0.1", "'alhpa' is no number of the policy"), ("alpha=much", "'much' is no float"), ("alpha=-1", "alpha")],
+)
+def test_a_number_of_the_policy_that_is_none_is_told_before_the_log_is_read(
+    number: str, line: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert line in refused(capsys, "diagnose", log(tmp_path / "log.csv"), "--set", number)
+    assert [path.name for path in tmp_path.iterdir()] == ["log.csv"]
+
+
 MICROTESLA = {f"mag_{a}_nT": 30 * np.sin(np.arange(200) + k) for k, a in enumerate("xyz")}
 
 
