@@ -38,6 +38,13 @@ def functions(path: Path) -> Iterator[Measured]:
             yield Measured(f"{path.stem}.{node.name}", _tokens(node, lines), _complexity(node))
 
 
+def complexities(path: Path) -> Iterator[tuple[str, int]]:
+    """Name and complexity of every function of a file, kernels too."""
+    for node in ast.walk(parsed(path)):
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            yield f"{path.stem}.{node.name}", _complexity(node)
+
+
 def _tokens(node: ast.FunctionDef | ast.AsyncFunctionDef, lines: list[int]) -> int:
     def between(first: int, last: int | None) -> int:
         assert last is not None

@@ -40,7 +40,19 @@ FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 KEY = re.compile(r"\[([A-Z][A-Za-z]+[12]\d{3})(?:, ([A-Z][A-Za-z]+[12]\d{3}))?\]")
 QUICKEST = "zhou2012"
 """The paper that stands for all where a page reproduces one."""
-LONG = ("own-calibrator", "python", "verdicts", "report", "scores", "dataset", "gates", "compare", "plan", "diagnosis")
+LONG = (
+    "own-calibrator",
+    "python",
+    "verdicts",
+    "report",
+    "scores",
+    "dataset",
+    "gates",
+    "compare",
+    "plan",
+    "diagnosis",
+    "logs",
+)
 """Pages whose commands take seven seconds and more: the nightly run follows them."""
 MODULE = re.compile(r"# (\w+\.py)\n")
 """The first line of a snippet that is a file of the reader's."""

@@ -7,12 +7,12 @@ from types import ModuleType
 
 import pytest
 
-from benchmarks import diagnosing, engines
+from benchmarks import dataset, diagnosing, engines, kalman, norm, population
 from benchmarks.__main__ import PARTS
 from benchmarks.honesty import bench as honesty
 
-SLOW = (engines, diagnosing)
-"""Parts that start other processes."""
+SLOW = (engines, diagnosing, dataset, norm, kalman, population)
+"""Parts that start other processes, or fit for more than five seconds however small they are."""
 
 
 @pytest.mark.parametrize(

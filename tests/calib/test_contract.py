@@ -43,7 +43,7 @@ def fit(name, standard, recording, reference=None, seed=0):
 @cache
 def usual(name, standard):
     """A recording that every method can use, and what the method made of it."""
-    recording = standard.recording("full", 1, soft=soft_iron(name, standard))
+    recording = standard.recording("full", 1, n=1200, soft=soft_iron(name, standard))
     return recording, fit(name, standard, recording)
 
 

@@ -17,6 +17,7 @@ from sim import effects as effect_table
 from sim.effects import Effects
 from sim.scenario import ModelSpec, load_model
 from tests.diagnosis.synthetic import FIELD_ENU_NT, NOISE_NT, recording
+from tests.nightly import first_daily
 
 HIDDEN: dict[str, Any] = {
     "eddy_current": {"matrix_s": [[1e-4, 2e-5, 0], [0, 8e-5, 1e-5], [2e-5, 0, 1e-4]]},
@@ -60,7 +61,7 @@ def _inside(found: Any, truth: Any) -> None:
     assert (spread < 0.1).all()
 
 
-@pytest.mark.parametrize("scenario", ["quad-calibration", "auv-spiral-excited"])
+@pytest.mark.parametrize("scenario", first_daily(["quad-calibration", "auv-spiral-excited"]))
 @pytest.mark.parametrize("name", TURNED)
 def test_an_error_of_the_field_or_of_the_attitude_comes_as_a_class(name: str, scenario: str, diagnosed, model) -> None:  # type: ignore[no-untyped-def]
     given = model(scenario)
@@ -78,10 +79,17 @@ def test_an_error_of_the_field_or_of_the_attitude_comes_as_a_class(name: str, sc
     _inside(found, truth)
 
 
-@pytest.mark.parametrize(("scenario", "size"), [("quad-calibration", 3.0), ("auv-spiral-excited", 0.5)])
-@pytest.mark.parametrize("origin", [[2.0, -3.0, 10.0], [150.0, -120.0, 180.0]])
+@pytest.mark.parametrize(
+    ("scenario", "size", "origin"),
+    [
+        ("quad-calibration", 3.0, [150.0, -120.0, 180.0]),
+        ("auv-spiral-excited", 0.5, [2.0, -3.0, 10.0]),
+        pytest.param("quad-calibration", 3.0, [2.0, -3.0, 10.0], marks=pytest.mark.slow),
+        pytest.param("auv-spiral-excited", 0.5, [150.0, -120.0, 180.0], marks=pytest.mark.slow),
+    ],
+)
 def test_a_gradient_is_one_cause_wherever_its_origin_is(
-    origin: list[float], scenario: str, size: float, flight, model
+    scenario: str, size: float, origin: list[float], flight, model
 ) -> None:  # type: ignore[no-untyped-def]
     G = (size * np.array([[0.4, -0.2, 0.1], [-0.2, 0.3, 0.5], [0.1, 0.5, -0.7]])).tolist()
     found = diagnose(
@@ -149,7 +157,7 @@ def test_nothing_is_named_where_nothing_is_hidden(seed: int, flight, model) -> N
 
 
 @pytest.mark.parametrize("scenario", ["quad-calibration", "auv-spiral-excited"])
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", first_daily(range(2)))
 def test_a_models_own_recording_agrees_with_it(scenario: str, seed: int, own) -> None:  # type: ignore[no-untyped-def]
     """The attitude errors that the scenario states are no gap."""
     found = diagnose(own(scenario, seed), load_model(scenario))
@@ -162,7 +170,7 @@ def test_an_effect_is_seen_beside_the_attitude_errors_that_the_model_states(own)
     assert "motor_current" in {name for one in found.named for name in (one.name, *one.alternatives)}
 
 
-@pytest.mark.parametrize("seed", [3, 4])
+@pytest.mark.parametrize("seed", first_daily([3, 4]))
 def test_a_wander_that_the_model_has_is_no_gap(seed: int, flight, model) -> None:  # type: ignore[no-untyped-def]
     wander = {"flicker_noise": {"density_nT_sqrt_hz": [0.5, 0.5, 0.5]}}
     known = model()

@@ -293,7 +293,7 @@ def test_full_disk(tmp_path: Path, cli) -> None:  # type: ignore[no-untyped-def]
     import resource
 
     small = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))  # noqa: E731
-    done = cli("simulate", "tumble", "-o", str(tmp_path / "out"), preexec_fn=small)
+    done = cli("simulate", "tumble", "-o", str(tmp_path / "out"), "--jobs", "1", preexec_fn=small)
     assert done.returncode == 2
     assert len([line for line in done.stderr.splitlines() if line.startswith("magbench: ")]) == 1
     assert "Traceback" not in done.stderr

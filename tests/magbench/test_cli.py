@@ -20,6 +20,7 @@ from recordings import read_run
 from reports.viewer import read_series, verify
 from scenarios.load import catalogue
 from sim.effects import BY_NAME
+from tests.nightly import first_daily
 from tests.short import cuts
 from validation.scoring.evaluation import UNCORRECTED
 
@@ -146,7 +147,7 @@ def test_every_scenario_is_listed_with_its_summary(capsys: pytest.CaptureFixture
 
 
 def test_json_alone_is_on_standard_output(tmp_path: Path, cli) -> None:  # type: ignore[no-untyped-def]
-    done = cli("simulate", "turntable-twelve-stops", "-o", str(tmp_path / "out"), "--json")
+    done = cli("simulate", "turntable-twelve-stops", "-o", str(tmp_path / "out"), "--jobs", "1", "--json")
     assert done.returncode == 0
     assert json.loads(done.stdout)["runs"] == 1
     assert "simulating" in done.stderr
@@ -194,7 +195,7 @@ def test_a_signal_while_modules_are_imported_ends_in_one_line(sent: signal.Signa
     assert (done.returncode, done.stderr.splitlines()) == (128 + sent, [INTERRUPTED])
 
 
-@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("sent", first_daily([signal.SIGINT, signal.SIGTERM]))
 def test_a_signal_during_the_work_ends_in_one_line(sent: signal.Signals, tmp_path: Path) -> None:
     command = [sys.executable, "-m", "magbench", "simulate", "auv-dive", "-o", str(tmp_path / "out")]
     process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)

@@ -25,7 +25,7 @@ def command(out: Path, runs: int) -> list[str]:
 
 @pytest.mark.parametrize(("runs", "kills"), [(6, 1), pytest.param(40, 10, marks=pytest.mark.slow)])
 def test_killed_and_restarted_ends_as_if_undisturbed(runs: int, kills: int, tmp_path: Path) -> None:
-    generate(short("tumble"), tmp_path / "calm", runs=runs)
+    generate(short("tumble"), tmp_path / "calm", runs=runs, jobs=1)
     rng = np.random.default_rng()
     for _ in range(kills):
         process = subprocess.Popen(command(tmp_path / "killed", runs), stderr=subprocess.DEVNULL)
@@ -33,7 +33,7 @@ def test_killed_and_restarted_ends_as_if_undisturbed(runs: int, kills: int, tmp_
         time.sleep(rng.uniform(0.0, 0.15))
         process.send_signal(signal.SIGKILL)
         process.wait()
-    subprocess.run(command(tmp_path / "killed", runs), check=True, stderr=subprocess.DEVNULL)
+    subprocess.run([*command(tmp_path / "killed", runs), "--jobs", "1"], check=True, stderr=subprocess.DEVNULL)
     calm, killed = (read_manifest(tmp_path / name) for name in ("calm", "killed"))
     assert killed.complete
     assert [file.sha256 for file in killed.files] == [file.sha256 for file in calm.files]
@@ -76,7 +76,7 @@ def test_interrupted_it_ends_at_once_with_one_line_and_resumes(
 
 
 def test_two_at_once_are_refused(tmp_path: Path) -> None:
-    first = subprocess.Popen(command(tmp_path, 1000), stderr=subprocess.DEVNULL)
+    first = subprocess.Popen([*command(tmp_path, 1000), "--jobs", "1"], stderr=subprocess.DEVNULL)
     _wait_for_work(tmp_path, first)
     second = subprocess.run(command(tmp_path, 1000), capture_output=True, text=True, check=False)
     assert second.returncode == 2

@@ -25,6 +25,7 @@ from recordings import Recording
 from sim.effects import BY_NAME, EFFECTS
 from sim.scenario import ModelSpec
 from tests.diagnosis.synthetic import STRENGTH_NT, problem, recording
+from tests.nightly import first_daily
 
 
 def test_a_far_origin_of_a_gradient_is_no_change_of_the_iron() -> None:
@@ -220,7 +221,7 @@ def test_what_gains_a_millionth_less_than_a_change_of_the_iron_looks_like_it(
     assert _looks_like(replace(change, gain=1e7 - nats_less), change, STANDARD) is looks_like
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", first_daily(range(3)))
 @pytest.mark.parametrize("offset_nT", [0.0, 200.0])
 def test_of_slow_noise_a_slow_log_makes_no_change_of_the_iron(offset_nT: float, seed: int) -> None:
     """Samples 2 s apart: no means of the evidence's last as long as the turns do, over which the noise wanders."""

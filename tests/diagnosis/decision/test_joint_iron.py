@@ -22,6 +22,7 @@ from scenarios.arrays import Array
 from sim.effects import BY_NAME
 from sim.effects.currents import MotorCurrent
 from sim.scenario import ModelSpec
+from tests.nightly import first_daily
 
 FIELD_NT = 48_000.0
 NOISE_NT, INTERVAL_S, SAMPLES = 20.0, 0.1, 6000
@@ -67,7 +68,7 @@ def test_a_strong_disturbance_and_iron_are_found_jointly() -> None:
     assert np.allclose(found.problem.turn, IRON, atol=2e-3)
 
 
-@pytest.mark.parametrize("tilt_deg", [0.0, 2.0])
+@pytest.mark.parametrize("tilt_deg", first_daily([2.0, 0.0]))
 def test_a_motion_that_shows_no_ellipsoid_is_diagnosed_all_the_same(tilt_deg: float) -> None:
     found = _diagnosed(_turned_by_hand(2, tilt_deg, gain_nT_A=200.0))
     assert [one.name for one in found.named] == [MotorCurrent.name]
@@ -75,7 +76,7 @@ def test_a_motion_that_shows_no_ellipsoid_is_diagnosed_all_the_same(tilt_deg: fl
     assert 0.5 < sizes.min() < sizes.max() < 2.0
 
 
-@pytest.mark.parametrize("seed", [3, 4, 5])
+@pytest.mark.parametrize("seed", first_daily([3, 4, 5]))
 def test_a_wander_of_the_axes_that_turns_with_the_field_is_no_effect(seed: int) -> None:
     """Seen by the strength it comes and goes with the direction of the field, as what an effect adds does."""
     found = _diagnosed(_turned_by_hand(seed, 40.0, wander_nT=100.0))

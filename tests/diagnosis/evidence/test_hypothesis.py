@@ -27,6 +27,7 @@ from sim.effects import EFFECTS
 from sim.effects.channels import ChannelEffect
 from tests.diagnosis.evidence.test_noise_model import covariance
 from tests.diagnosis.synthetic import problem, recording, without_attitude
+from tests.nightly import first_daily
 
 DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.search_role())
 WARM = next(effect for effect in EFFECTS if any(p.unit == "nT/K" for p in effect.parameters()))
@@ -95,14 +96,14 @@ def _wandering(seed: int, hidden: dict[str, object] | None, step_nT: float = 0.6
     return problem(replace(given, mag_nT=given.mag_nT + walk))
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", first_daily(range(3)))
 def test_beside_a_wander_of_its_size_an_effect_is_found(seed: int) -> None:
     found = select(_wandering(seed, HIDDEN, step_nT=0.1))
     assert found.accepted[0].name == DRIVEN.name
     assert not found.after.clean
 
 
-@pytest.mark.parametrize("seed", range(10, 14))
+@pytest.mark.parametrize("seed", first_daily(range(10, 14), 2))
 def test_in_a_wander_alone_nothing_is_found(seed: int) -> None:
     found = select(_wandering(seed, None))
     assert not found.before.clean

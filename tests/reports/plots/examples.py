@@ -9,6 +9,7 @@ from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
+from unittest import mock
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -58,6 +59,7 @@ from validation.comparison.trial_table import TrialTable
 from validation.gates.gate_outcome import GateOutcome
 from validation.gates.runner import decide_gates
 from validation.inspection.sensor_data import SensorData
+from validation.planning import refinement
 from validation.planning.plan import Plan, planned
 from validation.planning.task import PlanningTask
 from validation.scoring.definitions import SCORE_DEFINITIONS
@@ -129,8 +131,12 @@ def gate() -> GateOutcome:
 
 @cache
 def flight_plan() -> Plan:
-    """A quadrotor's, whose best attitudes in place are drawn as rings."""
-    return planned(PlanningTask.of("quadrotor", load("standard-full"), "norm", noise_std_nT=10.0), 120.0)
+    """A quadrotor's, whose best attitudes in place are drawn as rings; searched once, since any plan is drawn so."""
+    with (
+        mock.patch.object(refinement, "STEPS_DEG", refinement.STEPS_DEG[:1]),
+        mock.patch.object(refinement, "MOST_ROUNDS", 1),
+    ):
+        return planned(PlanningTask.of("quadrotor", load("standard-full"), "norm", noise_std_nT=10.0), 120.0)
 
 
 class Histories(dict[Any, Any]):
