@@ -12,6 +12,7 @@ from magbench import InputError
 from magbench.api.planning_results import OnwardResult, PlanResult
 from tests.magbench.test_api import STRENGTH_NT, as_csv, measured
 from validation.bound.query import BoundQuery
+from validation.planning import refinement
 
 SHORT = "phases.0.duration_s=60"
 
@@ -57,6 +58,14 @@ def test_a_mistake_is_told_by_its_argument(arguments: dict[str, object], told: s
     assert "--" not in str(error.value)
 
 
+@pytest.fixture
+def searched_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Attitudes moved in one round: how near to the limit a plan comes is asked in `tests/validation/planning`."""
+    monkeypatch.setattr(refinement, "STEPS_DEG", refinement.STEPS_DEG[:1])
+    monkeypatch.setattr(refinement, "MOST_ROUNDS", 1)
+
+
+@pytest.mark.usefixtures("searched_once")
 def test_a_plan_is_flown_by_its_scenario() -> None:
     found = magbench.plan("turntable", 120, knowledge="vector")
     assert isinstance(found, PlanResult)
@@ -66,6 +75,7 @@ def test_a_plan_is_flown_by_its_scenario() -> None:
     assert "nT" in repr(found)
 
 
+@pytest.mark.usefixtures("searched_once")
 def test_after_a_recording_legs_go_on() -> None:
     recording = magbench.simulate("auv-spiral", overrides=["phases.0.duration_s=120"])[0]
     field = magbench.load("auv-spiral").field
