@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import getpass
 import os
 import signal
 import subprocess
 import sys
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -16,12 +14,6 @@ import pytest
 ROOT = Path(__file__).resolve().parent.parent
 for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):  # a worker a core; before numpy is imported
     os.environ.setdefault(_name, "1")
-if sys.dont_write_bytecode:  # every program that a test starts would compile 800 modules: kept outside the checkout
-    sys.dont_write_bytecode = False
-    sys.pycache_prefix = str(Path(tempfile.gettempdir()) / f"magbench-bytecode-{getpass.getuser()}")
-    Path(sys.pycache_prefix).mkdir(mode=0o700, exist_ok=True)
-    os.environ |= {"PYTHONPYCACHEPREFIX": sys.pycache_prefix}
-    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 for _number in (signal.SIGINT, signal.SIGHUP):  # ignored under nohup and in the background, and so in every child
     if signal.getsignal(_number) == signal.SIG_IGN:
         signal.signal(_number, signal.default_int_handler if _number == signal.SIGINT else signal.SIG_DFL)

@@ -97,16 +97,13 @@ def tree(tmp_path: Path) -> Path:
     return root
 
 
-BYTECODE_ELSEWHERE = ("PYTHONDONTWRITEBYTECODE", "PYTHONPYCACHEPREFIX")
-
-
 @pytest.fixture
 def run(tree: Path, tmp_path: Path) -> Callable[[str], list[str]]:
     """Run code elsewhere in a program that finds magbench in `tree`; the lines that it prints."""
 
     def call(code: str) -> list[str]:
         command = [sys.executable, "-c", FINDER + code, str(tree)]
-        environment = {key: value for key, value in os.environ.items() if key not in BYTECODE_ELSEWHERE}
+        environment = {key: value for key, value in os.environ.items() if key != "PYTHONDONTWRITEBYTECODE"}
         done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, env=environment)
         assert done.returncode == 0, done.stderr
         return done.stdout.splitlines()
