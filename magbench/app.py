@@ -6,6 +6,7 @@ import os
 import sys
 from collections import Counter
 from collections.abc import Callable, Sequence
+from functools import cache
 from typing import Annotated, Any
 
 import typer
@@ -96,6 +97,12 @@ def magbench_(
     """Test bench for three-axis magnetometer calibration: simulate, calibrate, score against the truth."""
 
 
+@cache
+def program() -> Any:
+    """Return the commands with their options; typer reads them from the functions in a twentieth of a second."""
+    return typer.main.get_command(app)
+
+
 def call(arguments: Sequence[str] | None = None) -> int:
     """Run one command; returns its exit status. Wrong use and bad input end as one line on standard error.
 
@@ -107,7 +114,7 @@ def call(arguments: Sequence[str] | None = None) -> int:
     try:
         try:
             with in_options():
-                status = app(args=arguments, prog_name="magbench", standalone_mode=False)
+                status = program()(args=arguments, prog_name="magbench", standalone_mode=False)
         except SystemExit:  # of completion, done; and what typer and rich make of a closed pipe
             status = 0
         sys.stdout.flush()

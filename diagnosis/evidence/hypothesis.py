@@ -149,10 +149,10 @@ def _without_base(z: Array, rows: BinnedRows) -> tuple[Array, Array]:
     shape, p = z.shape, rows.base.shape[2]
     z = z.reshape(-1, 1, shape[2]) if rows.common else z
     B, others = z[:, :, :p], z[:, :, p:]
-    BB = np.einsum("nqi,nqj->qij", B, B, optimize=True)
-    inverse = symmetric_inverse(BB, 1e-13)
-    through = inverse @ np.einsum("nqi,nqj->qij", B, others, optimize=True)
-    free = others - np.einsum("nqp,qpj->nqj", B, through, optimize=True)
+    by_output = B.transpose(1, 2, 0)
+    inverse = symmetric_inverse(by_output @ B.transpose(1, 0, 2), 1e-13)
+    through = inverse @ (by_output @ others.transpose(1, 0, 2))
+    free = others - (B.transpose(1, 0, 2) @ through).transpose(1, 0, 2)
     return free.reshape(*shape[:2], -1), through
 
 

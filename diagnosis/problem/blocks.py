@@ -55,8 +55,9 @@ class Cut:
         each = L.transpose(0, 2, 1) @ R
         for fold in range(self.folds):
             out[fold] = each[fold :: self.folds].sum(axis=0)
-        last = slice(split, self.m * self.length)
-        out[whole % self.folds] += np.einsum("nra,nrb->ab", left[last], right[last], optimize=True)
+        rows = (self.m * self.length - split) * left.shape[1]
+        L, R = (one[split : self.m * self.length].reshape(rows, one.shape[2]) for one in (left, right))
+        out[whole % self.folds] += L.T @ R
         return out
 
 

@@ -293,7 +293,8 @@ def test_full_disk(tmp_path: Path, cli) -> None:  # type: ignore[no-untyped-def]
     import resource
 
     small = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))  # noqa: E731
-    done = cli("simulate", "tumble", "-o", str(tmp_path / "out"), "--jobs", "1", preexec_fn=small)
+    whole = os.environ | {"PYTHONDONTWRITEBYTECODE": "1"}  # bytecode would be cut short too, and stay so
+    done = cli("simulate", "tumble", "-o", str(tmp_path / "out"), "--jobs", "1", preexec_fn=small, env=whole)
     assert done.returncode == 2
     assert len([line for line in done.stderr.splitlines() if line.startswith("magbench: ")]) == 1
     assert "Traceback" not in done.stderr

@@ -230,6 +230,6 @@ def test_processes_that_are_ended_are_told_in_one_line(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     for cause in (BrokenProcessPool(), MemoryError()):
-        monkeypatch.setattr(magbench.app, "app", mock.Mock(side_effect=cause))
+        monkeypatch.setattr(magbench.app, "program", mock.Mock(return_value=mock.Mock(side_effect=cause)))
         assert main([]) == 2
         assert "memory" in capsys.readouterr().err

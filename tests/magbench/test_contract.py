@@ -8,14 +8,13 @@ import shlex
 from pathlib import Path
 
 import pytest
-import typer.main
 
-from magbench.app import app
+from magbench.app import program
 from magbench.cli import main
 from tests.magbench.test_bad_input import log
 from tests.validation.gates.conftest import gate_text
 
-COMMANDS = sorted(typer.main.get_command(app).commands)  # type: ignore[attr-defined]
+COMMANDS = sorted(program().commands)
 STILL = "turntable-twelve-stops"
 
 GOOD: dict[str, tuple[str, ...]] = {
@@ -81,13 +80,13 @@ def test_help_tells_what_it_does_and_every_option(command: str, capfd: pytest.Ca
     assert main([command, "--help"]) == 0
     told = capfd.readouterr().out
     assert "--json" in told
-    for parameter in typer.main.get_command(app).commands[command].params:  # type: ignore[attr-defined]
+    for parameter in program().commands[command].params:
         assert parameter.name == "help" or parameter.help, f"{command}: {parameter.name} is not explained"
 
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_the_example_in_the_help_uses_options_that_there_are(command: str, capfd: pytest.CaptureFixture[str]) -> None:
-    text = typer.main.get_command(app).commands[command].help or ""  # type: ignore[attr-defined]
+    text = program().commands[command].help or ""
     found = re.search(r"Example: magbench (.*)", text)
     assert found, f"{command} has no example"
     example = shlex.split(found[1].split(" > ")[0])
