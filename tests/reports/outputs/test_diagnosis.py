@@ -90,7 +90,7 @@ def test_the_recording_holds_both_sides_and_the_gap(found: Diagnosis, tmp_path: 
     hidden = found.problem.recording.current_A
     assert hidden is not None
     added = series["simulated/after"] - series["simulated/before"]
-    assert added == pytest.approx(hidden.sum(axis=1)[:, None] * GAIN, abs=0.2)
+    assert added == pytest.approx(hidden.sum(axis=1)[:, None] * GAIN, abs=0.2, rel=0.02)
     residual = read_series(path, "residual/after")[1]
     used = found.problem.usable > 0
     assert np.array_equal(residual[used], found.after_nT[used])
