@@ -65,7 +65,7 @@ def interactive(figure: Figure) -> Plot:
     axes = [axis for axis in figure.axes if axis.get_visible()]
     for axis in axes:
         _check_axes(axis)
-    if engine := figure.get_layout_engine():
+    if len(axes) > 1 and (engine := figure.get_layout_engine()):  # a single panel takes the whole place
         engine.execute(figure)
     plot = Plot(layout=_figure_layout(figure))
     names = dict(_named_colours(figure))
