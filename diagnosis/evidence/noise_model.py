@@ -214,7 +214,7 @@ def _filter(
     n, w = columns.shape
     J = len(tau_s)
     P, x = np.diag(slow), np.zeros((J, w))
-    gain, kept = np.zeros(J), np.zeros(J)
+    gain, kept, e = np.zeros(J), np.zeros(J), np.zeros(w)
     out, ln_S = np.zeros((n, w)), np.zeros(n)
     S, last_s, settled = white, -1.0, False
     for i in range(n):
@@ -244,12 +244,14 @@ def _filter(
                 for k in range(J):
                     P[j, k] -= gain[j] * gain[k] * S
             settled = i > 0 and change < SETTLED
-        ln_S[i] = np.log(S)
+        ln_S[i], size = np.log(S), np.sqrt(S)
+        e[:] = columns[i]
+        for j in range(J):
+            for c in range(w):
+                e[c] -= x[j, c]
+        for j in range(J):
+            for c in range(w):
+                x[j, c] += gain[j] * e[c]
         for c in range(w):
-            e = columns[i, c]
-            for j in range(J):
-                e -= x[j, c]
-            out[i, c] = e / np.sqrt(S)
-            for j in range(J):
-                x[j, c] += gain[j] * e
+            out[i, c] = e[c] / size
     return out, ln_S
