@@ -166,13 +166,14 @@ def _moved(weights: Array, slope: Array) -> Array:
 
 def criterion(rows: Array, weights: Array, wanted: Array, before: Array | None) -> tuple[float, Array]:
     """Return f and d_k (m,) of weights; infinity and ones for singular M."""
-    spread = (rows * weights[:, None, None]).reshape(-1, rows.shape[2])
-    information = spread.T @ rows.reshape(-1, rows.shape[2])
+    flat = rows.reshape(-1, rows.shape[2])
+    information = (flat * np.repeat(weights, rows.shape[1])[:, None]).T @ flat
     covariance = inverse(information if before is None else before + information)
     if covariance is None:
         return np.inf, np.ones(len(rows))
     sensitivity = covariance @ wanted
-    return float(np.sum(wanted * sensitivity)), np.asarray(np.sum((rows @ sensitivity) ** 2, axis=(1, 2)))
+    seen = (flat @ sensitivity).reshape(len(rows), -1)
+    return float(np.vdot(wanted, sensitivity)), np.einsum("mr,mr->m", seen, seen)
 
 
 def inverse(information: Array) -> Array | None:
@@ -180,10 +181,11 @@ def inverse(information: Array) -> Array | None:
     size = np.sqrt(np.diag(information))
     if not (size > 0).all():
         return None
-    scaled = information / np.outer(size, size)
-    if np.linalg.eigvalsh(scaled)[0] < SINGULAR:
+    w, V = np.linalg.eigh(information / (size[:, None] * size))
+    if w[0] < SINGULAR:
         return None
-    return np.asarray(np.linalg.inv(scaled) / np.outer(size, size))
+    axes = V / size[:, None]
+    return np.asarray((axes / w) @ axes.T)
 
 
 def tilts_deg(attitudes: Rotation) -> Array:
