@@ -56,8 +56,8 @@ class Cut:
         for fold in range(self.folds):
             out[fold] = each[fold :: self.folds].sum(axis=0)
         rows = (self.m * self.length - split) * left.shape[1]
-        L, R = (one[split : self.m * self.length].reshape(rows, one.shape[2]) for one in (left, right))
-        out[whole % self.folds] += L.T @ R
+        rest = [one[split : self.m * self.length].reshape(rows, one.shape[2]) for one in (left, right)]
+        out[whole % self.folds] += rest[0].T @ rest[1]
         return out
 
 
