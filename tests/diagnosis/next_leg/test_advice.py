@@ -46,7 +46,8 @@ TWIN = next(effect.name for effect in EFFECTS if effect.traits.equivalent_to == 
 def _level() -> Scenario:
     """A level spiral at one rate, on which eddy currents look like a turned sensor."""
     quiet = ["navigation.attitude_noise_std_deg=0", "navigation.position_noise_std_m=0"]
-    return load("auv-spiral", [*quiet, "phases.0.duration_s=900"]).model_copy(update={"vary": {}, "effect_order": None, "effects": Effects(BASE)})
+    half = load("auv-spiral", [*quiet, "phases.0.duration_s=900"])
+    return half.model_copy(update={"vary": {}, "effect_order": None, "effects": Effects(BASE)})
 
 
 @cache
