@@ -138,22 +138,29 @@ def _loose_soft_iron(fit: Calibration) -> list[str]:
     rows = [fit.covariance_names.index(name) for name in names]
     covariance = fit.covariance[np.ix_(rows, rows)]
     moved = np.array([fit.matrix @ _entry(name, names) for name in names])
-    if _largest_variance(moved, covariance) <= MAX_STD_FRACTION**2:
+    if _largest_variance(moved, covariance, MAX_STD_FRACTION**2) <= MAX_STD_FRACTION**2:
         return []
     std = np.sqrt(np.clip(np.diag(covariance), 0.0, None)) / np.linalg.norm(np.linalg.inv(fit.matrix), 2)
     told = std >= min(MAX_STD_FRACTION, std.max())
     return [f"{name} ({figure(s, 2)})" for name, s, tell in zip(names, std, told, strict=True) if tell]
 
 
-def _largest_variance(moved: Array, covariance: Array) -> float:
-    """Variance of v^T (sum_p moved_p dp) u, u and v in turn those of the largest; moved (k, 3, 3)."""
-    u = np.linalg.eigh(np.einsum("pki,pq,qkj->ij", moved, covariance, moved))[1][:, -1]
-    variance = 0.0
+def _largest_variance(moved: Array, covariance: Array, enough: float) -> float:
+    """Variance of v^T (sum_p moved_p dp) u, u and v in turn those of the largest; moved (k, 3, 3).
+
+    A bound of it, the largest mean square of |(sum_p moved_p dp) u|, where that is at most `enough`.
+    """
+    k = len(moved)
+    rows = (covariance @ moved.reshape(k, 9)).reshape(k, 3, 3)
+    bound, axes = np.linalg.eigh(moved.reshape(-1, 3).T @ rows.reshape(-1, 3))
+    if bound[-1] <= enough:
+        return float(bound[-1])
+    u, variance = axes[:, -1], 0.0
     for _ in range(ALTERNATIONS):
         for side in (moved, moved.transpose(0, 2, 1)):
-            rows = side @ u
-            values, axes = np.linalg.eigh(rows.T @ covariance @ rows)
-            variance, u = float(values[-1]), axes[:, -1]
+            seen = side @ u
+            values, directions = np.linalg.eigh(seen.T @ covariance @ seen)
+            variance, u = float(values[-1]), directions[:, -1]
     return variance
 
 

@@ -22,6 +22,8 @@ FOLDS = BLOCKS[0]
 """Blocks of time, each predicted by a characteristic fitted to the remaining blocks."""
 TERMS = 6
 """Quadratic and cubic terms of three axes."""
+SOUND = 1e-4
+"""Ratio of the least to the largest pivot from which on products are solved without a search for open directions."""
 SEEN_T = 4.0
 """Student's t of the gains of the blocks from which on a characteristic is seen: 200 simulated logs of white noise on
 the whole sphere and parts of it gave at most 1.0, drift and uneven rooms 0, a characteristic of 3 % at least 5."""
@@ -154,25 +156,36 @@ def _columns(fit: Calibration, field_nT: Array, strength_nT: float) -> tuple[Arr
     fitted_nT = field_nT * (strength_nT / (r + strength_nT))[:, None]  # r itself would enter the columns
     a, J, _ = strength_columns(fit, fitted_nT, strength_nT)
     S = np.linalg.inv(fit.matrix)
-    c = fitted_nT @ S.T / (strength_nT * np.linalg.norm(S, 2))
-    return r, a, np.concatenate((J, a * c**2, a * c**3), axis=1), c
+    c = fitted_nT @ (S.T / (strength_nT * np.linalg.norm(S, 2)))
+    terms = a * c
+    terms *= c
+    return r, a, np.concatenate((J, terms, terms * c), axis=1), c
 
 
 def _predicted(X: Array, y: Array) -> tuple[Array, Array]:
     """Least squares of y on X, and the gain (FOLDS,) of the last TERMS columns in each block held out."""
-    base = X.shape[1] - TERMS
-    length = len(y) // FOLDS
-    parts = [slice(k * length, (k + 1) * length) for k in range(FOLDS)]
-    squares = np.stack([X[part].T @ X[part] for part in parts])
-    slopes = np.stack([X[part].T @ y[part] for part in parts])
+    base, length = X.shape[1] - TERMS, len(y) // FOLDS
+    parts, of_parts = X[: FOLDS * length].reshape(FOLDS, length, -1), y[: FOLDS * length].reshape(FOLDS, length)
+    squares, slopes = parts.transpose(0, 2, 1) @ parts, np.einsum("fnk,fn->fk", parts, of_parts)
     square, slope = squares.sum(axis=0), slopes.sum(axis=0)
-    gains = np.empty(FOLDS)
-    for k, part in enumerate(parts):
-        rest, pull = square - squares[k], slope - slopes[k]
-        few = y[part] - X[part][:, :base] @ _solved(rest[:base, :base], pull[:base])
-        gains[k] = float(few @ few) - float(np.sum((y[part] - X[part] @ _solved(rest, pull)) ** 2))
-    return _solved(square, slope), gains
+    rest, pull = square - squares, slope - slopes
+    few = np.zeros_like(slopes)
+    few[:, :base] = _solved(rest[:, :base, :base], pull[:, :base])
+    before, after = (_squares_less_target(squares, slopes, c) for c in (few, _solved(rest, pull)))
+    return _solved(square, slope), before - after
+
+
+def _squares_less_target(squares: Array, slopes: Array, c: Array) -> Array:
+    """``|y - X c|^2 - |y|^2`` (f,) of each block, from its products, for coefficients (f, k)."""
+    return np.asarray(np.einsum("fi,fij,fj->f", c, squares, c) - 2 * np.einsum("fk,fk->f", c, slopes))
 
 
 def _solved(square: Array, slope: Array) -> Array:
-    return np.asarray(np.linalg.lstsq(square, slope, rcond=1e-12)[0])
+    """Least-squares coefficients (..., k) from products (..., k, k) and (..., k); undetermined ones are zero."""
+    try:
+        diagonal = np.diagonal(np.linalg.cholesky(square), axis1=-2, axis2=-1)
+    except np.linalg.LinAlgError:
+        diagonal = np.zeros((*slope.shape,))
+    if (diagonal.min(axis=-1) > SOUND * diagonal.max(axis=-1)).all():
+        return np.asarray(np.linalg.solve(square, slope[..., None])[..., 0])
+    return np.asarray((np.linalg.pinv(square, rcond=1e-12, hermitian=True) @ slope[..., None])[..., 0])

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.models.ellipsoid import SYMMETRIC_NAMES, UPPER
+from calib.models.ellipsoid import SYMMETRIC_NAMES
 from calib.numerics.points import lengths_and_slopes
 from calib.result import OFFSET_NAMES, Calibration
 from scenarios.arrays import Array
+from scenarios.kernel_cache import njit
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,9 +55,21 @@ def strength_columns(fit: Calibration, field_nT: Array, strength_nT: float) -> t
     h = field_nT @ left @ right / strength_nT
     if "scale" in fit.covariance_names:
         return a, np.column_stack((a, np.einsum("ni,ni->n", a, h))), (*OFFSET_NAMES, "scale")
-    i, j = UPPER
-    shape = a[:, i] * h[:, j] + np.where(i == j, 0.0, a[:, j] * h[:, i])
-    return a, np.concatenate((a, shape), axis=1), (*OFFSET_NAMES, *SYMMETRIC_NAMES)
+    return a, _symmetric_columns(a, h), (*OFFSET_NAMES, *SYMMETRIC_NAMES)
+
+
+@njit(cache=True)
+def _symmetric_columns(a: Array, h: Array) -> Array:
+    """a and the upper triangle of ``a h^T + h a^T``, the diagonal halved (n, 9)."""
+    out = np.empty((len(a), 9))
+    for n in range(len(a)):
+        at = 3
+        for i in range(3):
+            out[n, i] = a[n, i]
+            for j in range(i, 3):
+                out[n, at] = a[n, i] * h[n, j] if i == j else a[n, i] * h[n, j] + a[n, j] * h[n, i]
+                at += 1
+    return out
 
 
 def of_vector(field_nT: Array) -> Response:
