@@ -11,8 +11,8 @@ from scipy.optimize import minimize_scalar
 from diagnosis.library.candidates import Candidate
 from diagnosis.library.dipole_position import find_places
 from diagnosis.library.gradient_origin import find_origins
-from diagnosis.library.ripple_frequency import find_tones
 from diagnosis.library.step_times import find_moments
+from diagnosis.library.tone_frequency import find_tones
 from diagnosis.problem.linear import LinearProblem
 from scenarios.arrays import Array
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Sequence
 from typing import Annotated
 
 import numpy as np
@@ -111,9 +111,9 @@ def _field_of(current: Array, gain: Array, square: Array, cube: Array) -> Array:
     return field
 
 
-def _harmonic(which: str, form: str) -> Quantity:
+def _harmonic(which: str, form: str, unit: str = "nT/A") -> Quantity:
     """Amplitude of the sine or the cosine of a harmonic."""
-    return Quantity("nT/A", -1e9, 1e9, f"{which} forward, left, up", role="linear", form=form)
+    return Quantity(unit, -1e9, 1e9, f"{which} forward, left, up", role="linear", form=form)
 
 
 @frozen
@@ -153,17 +153,72 @@ class CurrentRipple(Effect):
     third_cosine_nT_A: Annotated[Vec3, _harmonic("c_3", THIRD)] = ZERO3
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
-        t = state.time_s
-        theta = (2 * math.pi) * (self.frequency_hz * t + self.drift_hz_s / 2 * t**2)
-        waves = np.sin(theta + math.radians(self.phase_deg))[:, None] * array(self.amplitude_nT_A)
-        for k, sine, cosine in self._harmonics():
-            waves += np.sin(k * theta)[:, None] * array(sine) + np.cos(k * theta)[:, None] * array(cosine)
+        harmonics = (
+            (self.second_sine_nT_A, self.second_cosine_nT_A),
+            (self.third_sine_nT_A, self.third_cosine_nT_A),
+        )
+        wave = self.amplitude_nT_A, self.phase_deg
+        waves = _waves(state.time_s, self.frequency_hz, self.drift_hz_s, wave, harmonics)
         return _current(state, self.motor, self.name)[:, None] * waves
 
-    def _harmonics(self) -> Iterator[tuple[int, Vec3, Vec3]]:
-        """Number, sine and cosine amplitude of each harmonic in use."""
-        both = (self.second_sine_nT_A, self.second_cosine_nT_A), (self.third_sine_nT_A, self.third_cosine_nT_A)
-        return ((k, sine, cosine) for k, (sine, cosine) in enumerate(both, 2) if any(sine) or any(cosine))
+
+@frozen
+class SteadyTone(Effect):
+    """Field of a steady alternating current that no log holds, as of mains or a payload: ``a sin(theta + phi)``.
+
+    ``theta = 2 pi (f t + d t^2 / 2)``; harmonics add ``s_k sin(k theta) + c_k cos(k theta)``, k = 2 and 3. A frequency
+    above half the sample rate is aliased, as in a sampled instrument.
+    """
+
+    name = "steady_tone"
+    stage = "vehicle"
+    example = {
+        "amplitude_nT": (3.0, -2.0, 4.0),
+        "frequency_hz": 3.7,
+        "phase_deg": 20.0,
+        "drift_hz_s": 1e-4,
+        "second_sine_nT": (0.6, 0.3, 0.9),
+        "second_cosine_nT": (0.3, -0.3, 0.6),
+        "third_sine_nT": (0.2, 0.3, 0.0),
+        "third_cosine_nT": (0.0, 0.1, -0.3),
+    }
+    traits = Traits(
+        experiment="switch payloads and converters off one after the other",
+        remedy="filter the supply, sample faster and take the tone out, or move the sensor away",
+        whole_run=True,
+    )
+
+    amplitude_nT: Annotated[Vec3, Quantity("nT", -1e9, 1e9, "a forward, left, up", role="linear")] = ZERO3
+    frequency_hz: Annotated[float, Quantity("Hz", 0.0, 1e5, "f", role="frequency")] = 1.0
+    phase_deg: Annotated[float, Quantity("deg", -360.0, 360.0, "phi at the start of the run", role="phase")] = 0.0
+    drift_hz_s: Annotated[
+        float, Quantity("Hz/s", -10.0, 10.0, "d, by which the frequency changes", role="sweep", form=DRIFT)
+    ] = 0.0
+    second_sine_nT: Annotated[Vec3, _harmonic("s_2", SECOND, "nT")] = ZERO3
+    second_cosine_nT: Annotated[Vec3, _harmonic("c_2", SECOND, "nT")] = ZERO3
+    third_sine_nT: Annotated[Vec3, _harmonic("s_3", THIRD, "nT")] = ZERO3
+    third_cosine_nT: Annotated[Vec3, _harmonic("c_3", THIRD, "nT")] = ZERO3
+
+    def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
+        harmonics = (
+            (self.second_sine_nT, self.second_cosine_nT),
+            (self.third_sine_nT, self.third_cosine_nT),
+        )
+        wave = self.amplitude_nT, self.phase_deg
+        return _waves(state.time_s, self.frequency_hz, self.drift_hz_s, wave, harmonics)
+
+
+def _waves(
+    t: Array, frequency_hz: float, drift_hz_s: float, wave: tuple[Vec3, float], harmonics: Sequence[tuple[Vec3, Vec3]]
+) -> Array:
+    """A wave (n, 3) of an amplitude and a phase in degrees, with the sines and cosines of its harmonics in use."""
+    theta = (2 * math.pi) * (frequency_hz * t + drift_hz_s / 2 * t**2)
+    amplitude, phase_deg = wave
+    waves = np.sin(theta + math.radians(phase_deg))[:, None] * array(amplitude)
+    for k, (sine, cosine) in enumerate(harmonics, 2):
+        if any(sine) or any(cosine):
+            waves += np.sin(k * theta)[:, None] * array(sine) + np.cos(k * theta)[:, None] * array(cosine)
+    return waves
 
 
 def _current(state: State, motor: int, name: str) -> Array:

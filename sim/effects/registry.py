@@ -12,7 +12,7 @@ from typing import Any
 from scenarios.errors import InputError
 from sim.effects.base import Effect
 from sim.effects.channels import ChannelEffect
-from sim.effects.currents import CurrentRipple, EddyCurrent, MotorCurrent
+from sim.effects.currents import CurrentRipple, EddyCurrent, MotorCurrent, SteadyTone
 from sim.effects.dynamics import Bandwidth, Latency
 from sim.effects.earth import AttitudeMisalignment, DiurnalDrift, FieldGradient, RegionalField
 from sim.effects.electronics import Quantisation, Saturation
@@ -40,6 +40,7 @@ EFFECTS: tuple[type[Effect], ...] = (
     EddyCurrent,
     MotorCurrent,
     CurrentRipple,
+    SteadyTone,
     # sensor
     Misalignment,
     NonOrthogonality,

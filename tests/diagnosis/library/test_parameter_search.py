@@ -14,8 +14,8 @@ from diagnosis.library.candidates import Candidate
 from diagnosis.library.dipole_position import ThinnedPath, _is_near, find_places
 from diagnosis.library.gradient_origin import find_origins
 from diagnosis.library.parameter_search import SEARCHES, refine_between_neighbours, search_parameters
-from diagnosis.library.ripple_frequency import find_tones
 from diagnosis.library.step_times import _gains, _gains_along_field, find_moments
+from diagnosis.library.tone_frequency import find_tones
 from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose
 from diagnosis.problem.level import Level

@@ -1,4 +1,4 @@
-"""Frequency search for a ripple driven by a current: spectral lines, then refinement between lines."""
+"""Frequency search for a steady tone, or a ripple driven by a current: spectral lines, then between lines."""
 
 from __future__ import annotations
 
@@ -41,10 +41,11 @@ def _in_slots(weighted: Array, time_s: Array, interval_s: float) -> Array:
 
 
 def _drive(problem: LinearProblem, candidate: Candidate) -> Array:
-    """Current (n,) of the candidate's motor, or the sum of all motors."""
+    """Current (n,) of the candidate's motor, or the sum of all motors; one for a tone without a motor."""
     name = candidate.effect.with_role("motor")
-    motor = dict(candidate.nonlinear).get(name, 0) if name else 0
-    return problem.state.current_of(motor)
+    if name is None:
+        return np.ones(len(problem.recording))
+    return problem.state.current_of(dict(candidate.nonlinear).get(name, 0))
 
 
 def _between_lines(weighted: Array, time_s: Array, frequency_hz: float, line_hz: float) -> float:
