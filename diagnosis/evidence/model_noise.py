@@ -43,7 +43,8 @@ def _wander(problem: LinearProblem, f: Array) -> Array:
         shape, level = effect.traits.spectrum, effect.with_role("level")
         if shape is not None and level is not None:
             std = np.array(getattr(effect, level))
-            total += float(((std / _noise_nT(problem)) ** 2).mean()) * shape(f)
+            listed = {name: getattr(effect, name) for name in effect.search}
+            total += float(((std / _noise_nT(problem)) ** 2).mean()) * shape(f, problem.state.interval_s, **listed)
     return total
 
 

@@ -69,7 +69,7 @@ def slow_noise(problem: LinearProblem, residual: Array) -> SlowNoise | None:
     assert level is not None
     std = np.sqrt(np.resize(sizes, 3)) * np.resize(problem.sigma_nT[: len(sizes)], 3)
     return SlowNoise(
-        spectrum.effect(**{level: tuple(std.tolist())}),
+        spectrum.effect(**{**spectrum.listed, level: tuple(std.tolist())}),
         spectrum.others,
         gain,
         score,

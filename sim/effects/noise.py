@@ -1,4 +1,4 @@
-"""Noise of the sensor: white noise, and flicker (1/f) noise as a sum of first-order processes."""
+"""Noise of the sensor: white noise, Gauss-Markov noise, and flicker (1/f) noise as a sum of such processes."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class WhiteNoise(Effect):
         return rng.standard_normal((len(state), 3)) * array(self.std_nT)
 
 
-def _flicker_density(f: Array) -> Array:
+def _flicker_density(f: Array, interval_s: float) -> Array:
     """Power density 1 / f in nT^2/Hz of flicker noise of 1 nT/sqrt(Hz) at 1 Hz, at f (m,) in Hz."""
     return np.asarray(1 / f)
 
@@ -73,6 +73,53 @@ class FlickerNoise(Effect):
         kick = std * np.sqrt(1.0 - decay**2)
         unit = _bank(rng, len(state), memory["bank"], memory["before"], decay, kick)
         return unit * array(self.density_nT_sqrt_hz)
+
+
+def _gauss_markov_density(f: Array, interval_s: float, correlation_time_s: float) -> Array:
+    """``2 dt (1 - a^2) / (1 - 2 a cos(2 pi f dt) + a^2)``, ``a = exp(-dt / tau)``, of unit standard deviation."""
+    a = math.exp(-interval_s / correlation_time_s)
+    return np.asarray(2 * interval_s * (1 - a**2) / (1 - 2 * a * np.cos(2 * np.pi * f * interval_s) + a**2))
+
+
+@frozen
+class GaussMarkovNoise(Effect):
+    """First-order Gauss-Markov noise: correlation ``sigma^2 exp(-|t| / tau)``, stationary from the first sample.
+
+    An autoregressive process of first order, of the kind in [IEEE-952]; far beyond tau its mean is as uncertain as that
+    of white noise.
+    """
+
+    name = "gauss_markov_noise"
+    stage = "sensor"
+    stochastic = True
+    example = {"std_nT": (2.0, 3.0, 4.0), "correlation_time_s": 5.0}
+    traits = Traits(
+        experiment=LONG_AT_REST,
+        remedy="average over many correlation times, or find what disturbs the sensor for so long",
+        spectrum=_gauss_markov_density,
+    )
+
+    std_nT: Annotated[Vec3, Quantity("nT", 0.0, 1e5, "sigma of the axes x, y, z", role="level", per_axis=True)] = ZERO3
+    correlation_time_s: Annotated[
+        float, Quantity("s", 1e-3, 1e6, "tau", role="listed", tried=(0.3, 1.0, 3.0, 10.0, 30.0, 100.0))
+    ] = 1.0
+
+    def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
+        decay = math.exp(-state.interval_s / self.correlation_time_s)
+        if not memory:
+            memory["last"] = rng.standard_normal(3)
+        unit = _markov(rng.standard_normal((len(state), 3)) * math.sqrt(1 - decay**2), memory["last"], decay)
+        return unit * array(self.std_nT)
+
+
+@kernel
+def _markov(kicks: Array, last: Array, decay: float) -> Array:
+    """``x_k = decay x_(k-1) + kick_k`` (n, 3) after `last` (3,), which becomes the last of them."""
+    for i in range(len(kicks)):
+        for j in range(3):
+            last[j] = decay * last[j] + kicks[i, j]
+            kicks[i, j] = last[j]
+    return kicks
 
 
 @lru_cache(maxsize=32)

@@ -54,7 +54,7 @@ class OffsetJump(Effect):
         return (state.time_s >= self.time_s)[:, None] * array(self.step_nT)
 
 
-def _walk_density(f: Array) -> Array:
+def _walk_density(f: Array, interval_s: float) -> Array:
     """Power density 1 / (2 pi^2 f^2) in nT^2/Hz of a Wiener process of 1 nT/sqrt(s), at f (m,) in Hz."""
     return np.asarray(1 / (2 * np.pi**2 * f**2))
 

@@ -19,7 +19,7 @@ from sim.effects.electronics import Quantisation, Saturation
 from sim.effects.faults import Dropouts, Spikes
 from sim.effects.geometry import Misalignment, NonOrthogonality, Scale
 from sim.effects.iron import HardIron, HardIronDrift, SoftIron
-from sim.effects.noise import FlickerNoise, WhiteNoise
+from sim.effects.noise import FlickerNoise, GaussMarkovNoise, WhiteNoise
 from sim.effects.nonlinearity import Hysteresis, Nonlinearity
 from sim.effects.offsets import OffsetJump, OffsetRandomWalk, SensorOffset
 from sim.effects.sources import LocalDipole
@@ -56,6 +56,7 @@ EFFECTS: tuple[type[Effect], ...] = (
     OffsetJump,
     OffsetRandomWalk,
     FlickerNoise,
+    GaussMarkovNoise,
     WhiteNoise,
     # electronics
     Saturation,

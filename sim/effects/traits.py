@@ -8,8 +8,10 @@ from typing import Literal
 
 from scenarios.arrays import Array
 
-Density = Callable[[Array], Array]
-"""One-sided power density at frequencies f (m,) in Hz, f > 0."""
+Density = Callable[..., Array]
+"""``(f, interval_s, **listed)``: one-sided power density at frequencies f (m,) in Hz, f > 0, of a sampled disturbance
+at unit level; `listed`: the listed parameters of its effect.
+"""
 Sign = Literal["", "lattice", "full_scale", "repeats", "outliers", "white"]
 """What the measured values themselves show of an effect, without a model of the field."""
 

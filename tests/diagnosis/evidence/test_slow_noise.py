@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation
 
 from diagnosis.evidence import slow_noise as slow_noise_module
@@ -26,11 +27,14 @@ from diagnosis.policy import STANDARD
 from diagnosis.problem.linear import LinearProblem
 from scenarios.arrays import Array
 from sim.effects import BY_NAME, EFFECTS
+from sim.effects.noise import GaussMarkovNoise
 from tests.diagnosis.synthetic import NOISE_NT, problem, recording
 from validation.signals.bands import Bands
 
 SLOW = [effect.name for effect in EFFECTS if effect.traits.spectrum is not None]
-SIZES = {name: 0.5 if BY_NAME[name].traits.spectrum(np.array([0.1]))[0] > 3 else 2.0 for name in SLOW}  # type: ignore[misc]
+SIZES = dict.fromkeys(SLOW, 0.5) | {"gauss_markov_noise": 2.0}
+SCALE_FREE = [name for name in SLOW if not BY_NAME[name].search]
+"""Noises without a time of their own, which show as what they are at the slowest frequencies alone."""
 
 BANDS = (STANDARD.first_line, STANDARD.bands)
 
@@ -68,8 +72,22 @@ def test_a_slow_noise_is_told_with_its_size(name: str) -> None:
         assert np.mean(getattr(found.effect, level)) == pytest.approx(SIZES[name], rel=0.3)
 
 
+@pytest.mark.parametrize("correlation_time_s", [3.0, 10.0])
+def test_a_correlation_time_is_told(correlation_time_s: float) -> None:
+    """Of an autoregression made here, beside the white noise of the recording."""
+    given, decay = recording(8000), float(np.exp(-0.1 / correlation_time_s))
+    kicks = np.random.default_rng(3).normal(size=(12_000, 3)) * np.sqrt(1 - decay**2)
+    course_nT = 12.0 * lfilter([1.0], [1.0, -decay], kicks, axis=0)[4000:]
+    posed = problem(replace(given, mag_nT=given.mag_nT + course_nT))
+    found = slow_noise(posed, _left(posed))
+    assert found is not None
+    assert isinstance(found.effect, GaussMarkovNoise)
+    assert found.effect.correlation_time_s == pytest.approx(correlation_time_s, rel=0.3)
+    assert np.mean(found.effect.std_nT) == pytest.approx(12.0, rel=0.2)
+
+
 @pytest.mark.parametrize(("part", "told"), [(1.0, True), (0.2, False)])
-@pytest.mark.parametrize("name", SLOW)
+@pytest.mark.parametrize("name", SCALE_FREE)
 def test_a_small_slow_noise_does_not_show_its_nature(name: str, part: float, told: bool) -> None:
     """It stands out of the white noise at too few frequencies."""
     level = BY_NAME[name].with_role("level")
@@ -189,7 +207,12 @@ def _spectrum(odds: float) -> SlowSpectrum:
     bands = SimpleNamespace(
         f=np.arange(10.0), shape=np.ones(10), power=np.ones(10), odds=lambda ratio: np.full(10, odds)
     )
-    return SlowSpectrum(bands, EFFECTS[0], lambda f: 0.8 + 0.2 * (f < 3) * 2, (), 1.0, 1.0)  # type: ignore[arg-type]
+
+    class Stepped(SlowSpectrum):
+        def shape(self, f: Array) -> Array:
+            return np.asarray(0.8 + 0.2 * (f < 3) * 2)
+
+    return Stepped(bands, EFFECTS[0], {}, 0.1, (), 1.0, 1.0)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(("odds", "agrees"), [(2e-4, True), (5e-5, False)])
