@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -68,8 +69,9 @@ def slow_noise(problem: LinearProblem, residual: Array) -> SlowNoise | None:
     level = spectrum.effect.with_role("level")
     assert level is not None
     std = np.sqrt(np.resize(sizes, 3)) * np.resize(problem.sigma_nT[: len(sizes)], 3)
+    values: dict[str, Any] = {**spectrum.listed, level: tuple(std.tolist())}
     return SlowNoise(
-        spectrum.effect(**{**spectrum.listed, level: tuple(std.tolist())}),
+        spectrum.effect(**values),
         spectrum.others,
         gain,
         score,
