@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -84,6 +85,12 @@ def betaflight(time_s: Array = FRAME_S, headers: dict[str, str] = HEADERS) -> Bl
     return writer
 
 
+@cache
+def whole_log() -> bytes:
+    """The log of the whole flight, made once."""
+    return bytes(betaflight().end())
+
+
 def inav() -> BlackboxWriter:
     yaw, pitch, roll = (NWU * Flight(FRAME_S).rotation).as_euler("ZYX").T
     columns = columns_of(FRAME_S, fine=1) | {
@@ -114,7 +121,7 @@ def in_nT(table: dict[str, Array]) -> dict[str, Array]:
 
 
 def test_betaflights_flight_comes_back(tmp_path: Path) -> None:
-    table, contents = read(betaflight().end(), tmp_path)
+    table, contents = read(whole_log(), tmp_path)
     np.testing.assert_allclose(table["time_s"], START_US * 1e-6 + np.arange(0, 12, READ_S), atol=1e-6)
     field = Flight(np.arange(0, 12, READ_S)).field_nT
     for k, axis in enumerate("xyz"):
@@ -128,7 +135,7 @@ def test_betaflights_flight_comes_back(tmp_path: Path) -> None:
 
 
 def test_betaflights_battery_motors_modes_and_channels(tmp_path: Path) -> None:
-    table, _ = read(betaflight().end(), tmp_path)
+    table, _ = read(whole_log(), tmp_path)
     t = np.arange(0, 12, READ_S)
     np.testing.assert_allclose(table["battery_voltage_V"], 16.8 - 0.1 * t, atol=0.006)
     np.testing.assert_allclose(table["current_1_A"], 5 + 0.4 * t, atol=0.006)
@@ -179,7 +186,7 @@ def test_of_several_logs_the_longest_is_read_and_others_by_number(tmp_path: Path
 
 
 def test_a_lost_stretch_costs_the_frames_up_to_the_next_complete_one(tmp_path: Path) -> None:
-    data = betaflight().end()
+    data = whole_log()
     middle = len(data) // 2
     table, contents = read(data[:middle] + data[middle + 1234 :], tmp_path)
     assert 580 <= len(table["time_s"]) < 600
@@ -188,7 +195,7 @@ def test_a_lost_stretch_costs_the_frames_up_to_the_next_complete_one(tmp_path: P
 
 
 def test_a_log_that_is_cut_off_is_read_to_its_end(tmp_path: Path) -> None:
-    data = betaflight().end()
+    data = whole_log()
     table, contents = read(data[: len(data) // 2], tmp_path)
     assert len(table["time_s"]) >= 240
     assert any("no end mark" in note for note in contents.notes)

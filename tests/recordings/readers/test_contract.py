@@ -6,7 +6,9 @@ import datetime
 import zipfile
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import cdflib
@@ -212,8 +214,16 @@ def recording() -> Recording:
 def written(form: FileFormat, place: Path) -> Path:
     """An example of the format, under the first of its suffixes."""
     path = place / f"example{form.suffixes[0]}"
-    EXAMPLES[form.name](recording(), path)
+    path.write_bytes(example(form.name, path.name))
     return path
+
+
+@cache
+def example(form: str, name: str) -> bytes:
+    """The bytes of a format's example, made once for all tests."""
+    with TemporaryDirectory() as folder:
+        EXAMPLES[form](recording(), Path(folder) / name)
+        return (Path(folder) / name).read_bytes()
 
 
 def refusal(path: Path) -> InputError | None:
