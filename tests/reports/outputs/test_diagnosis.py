@@ -56,6 +56,12 @@ def strength(flight, model) -> Diagnosis:  # type: ignore[no-untyped-def]
     return _made["strength"]
 
 
+@pytest.fixture
+def page_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An empty page: drawing takes longer than all else that is written."""
+    monkeypatch.setattr(outputs, "diagnosis_page", lambda *_: "")
+
+
 def recorded(found: Diagnosis, folder: Path) -> Path:
     """The recording alone, on disk."""
     content = diagnosis_recording.diagnosis_recording(PresentedDiagnosis.of(found), "Diagnosis")
@@ -71,6 +77,7 @@ def test_every_file_is_written_and_the_recording_is_valid(found: Diagnosis, tmp_
     assert load_model(tmp_path / "model.toml") == found.model
 
 
+@pytest.mark.usefixtures("page_left_out")
 def test_the_summary_is_json_even_where_a_figure_is_none(found: Diagnosis, tmp_path: Path) -> None:
     unknown = replace(found.ranking[0], nats=np.nan, needed=np.inf)
     write_diagnosis(PresentedDiagnosis.of(replace(found, ranking=(unknown,))), tmp_path, "Diagnosis")
@@ -184,6 +191,7 @@ def test_a_difference_of_the_iron_shows_as_the_models_stand(flight, model) -> No
     assert np.linalg.norm(np.nanmean(series.path.gap.before_nT, axis=0)) == pytest.approx(40, abs=0.5)
 
 
+@pytest.mark.usefixtures("page_left_out")
 @pytest.mark.parametrize("failure", [Terminated(15), InputError("no", where="here", do="that"), MemoryError()])
 def test_what_ends_early_leaves_the_old_files_as_they_were(
     failure: BaseException, found: Diagnosis, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -199,6 +207,7 @@ def test_what_ends_early_leaves_the_old_files_as_they_were(
     assert {path.name: path.read_text() for path in tmp_path.iterdir()} == dict.fromkeys(FILES, "old")
 
 
+@pytest.mark.usefixtures("page_left_out")
 def test_a_place_that_cannot_be_written_is_told_and_nothing_is_left(found: Diagnosis, tmp_path: Path) -> None:
     (tmp_path / "recording.rrd").mkdir()
     with pytest.raises(InputError, match=r"recording\.rrd"):
