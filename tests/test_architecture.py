@@ -169,11 +169,6 @@ def test_a_library_is_used_in_its_one_place(library: str, home) -> None:  # type
     assert not [str(path) for path in users if not home(path)]
 
 
-def test_recordings_and_calibrators_load_nothing_of_the_simulator(run_python) -> None:  # type: ignore[no-untyped-def]
-    code = "import sys, recordings, calib; sys.exit(any(m.split('.')[0] in ('sim', 'mujoco') for m in sys.modules))"
-    assert run_python(code).returncode == 0
-
-
 def test_no_address_of_a_registry_and_no_path_of_a_machine() -> None:
     tracked = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True)
     if tracked.returncode:
