@@ -13,6 +13,9 @@ from sim.effects.parameters import Quantity
 from sim.effects.traits import Traits
 from sim.state import State
 
+LEAST_RATE_HZ = 1e-30
+"""Rate of an event below which none comes in any run; its reciprocal may be no number."""
+
 
 @frozen
 class Spikes(Effect):
@@ -32,7 +35,7 @@ class Spikes(Effect):
     amplitude_nT: Annotated[float, Quantity("nT", 0.0, 1e7, "mean magnitude A", role="level")] = 0.0
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
-        if self.rate_hz == 0:
+        if self.rate_hz < LEAST_RATE_HZ:
             return np.zeros((len(state), 3))
         gap = 1.0 / (self.rate_hz * state.interval_s)
         if not memory:
@@ -57,7 +60,7 @@ class Dropouts(Replacement):
     mean_duration_s: Annotated[float, Quantity("s", 0.0, 1e5, "mean length d")] = 0.1
 
     def replace(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
-        if self.rate_hz == 0 or self.mean_duration_s == 0:
+        if self.rate_hz < LEAST_RATE_HZ or self.mean_duration_s == 0:
             return signal_nT
         means = np.array([1.0 / self.rate_hz, self.mean_duration_s]) / state.interval_s
         if not memory:

@@ -21,6 +21,9 @@ from validation.assessment.sensor_model import IRON
 
 ROUNDING = 1e-13
 """Eigenvalue of a scaled normal matrix below which a direction is rounding."""
+LEAST_CHI2 = 1e-12
+"""Least chi-square over its freedom in a draw: with next to no freedom a chi-square rounds to zero, and a draw of a
+million standard deviations is as good as any larger one."""
 FULL = 1.0 - 1e-6
 """Largest share of a direction's information in a single leg; a share of 1 leaves no residual."""
 ROUNDS = 2
@@ -47,7 +50,7 @@ class Component:
         """Return draws (count, k)."""
         values, axes = np.linalg.eigh(self.covariance)
         z = rng.standard_normal((count, len(values))) * np.sqrt(values.clip(0.0))
-        heavy = np.sqrt(self.freedom / rng.chisquare(self.freedom, count))
+        heavy = np.sqrt(self.freedom / np.maximum(rng.chisquare(self.freedom, count), LEAST_CHI2 * self.freedom))
         return np.asarray(self.mean + (z * heavy[:, None]) @ axes.T)
 
 

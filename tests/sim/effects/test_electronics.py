@@ -82,3 +82,11 @@ def test_dropouts_repeat_the_last_value_for_their_share_of_time(states, rate, du
     share = duration / (duration + 1 / rate)
     assert held.mean() == pytest.approx(share, rel=0.08)
     assert (out[1:][held[1:]] == out[:-1][held[1:]]).all()
+
+
+@pytest.mark.parametrize("rate_hz", [5e-324, 1e-310])
+def test_an_event_of_the_rarest_kind_never_comes(rate_hz, states):
+    """The smallest numbers have no reciprocal."""
+    state, signal = states(50), np.ones((50, 3))
+    assert not Spikes(rate_hz, 5.0).apply(state, signal, np.random.default_rng(0), {}).any()
+    assert (Dropouts(rate_hz, 1.0).replace(state, signal, np.random.default_rng(0), {}) == signal).all()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from scenarios.arrays import Array
-from validation.assessment.mixture import LegSquares, mixture
+from validation.assessment.mixture import Component, LegSquares, mixture
 from validation.assessment.policy import ASSESSMENT
 
 LEGS, ROWS, F = 20, 400, 50_000.0
@@ -77,3 +77,11 @@ def test_a_prior_holds_a_parameter_that_the_rows_do_not_show() -> None:
     held = LegSquares(plain.squares, GROUPS, ROWS, plain.wanted, firm, centre, F).solved({})
     assert held.mean[1] == pytest.approx(70.0)
     assert np.sqrt(held.covariance[1, 1]) == pytest.approx(300.0, rel=0.1)
+
+
+def test_draws_of_next_to_no_freedom_are_numbers() -> None:
+    """A chi-square of a hundredth of a degree of freedom is zero in a third of the draws."""
+    one = Component(1.0, np.zeros(2), np.eye(2), 0.01, 1.0, 1.0, {})
+    drawn = one.drawn(500, np.random.default_rng(1))
+    assert np.isfinite(drawn).all()
+    assert np.abs(drawn).max() > 1e3
