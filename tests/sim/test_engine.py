@@ -25,6 +25,7 @@ from sim.engine import (
     plant_of,
 )
 from sim.vehicles.auv import Auv, AuvSpec
+from tests.nightly import first_daily
 from tests.sim.fossen import DENSITY, GRAVITY, Fossen, tuckerman
 
 AUV = Auv(AuvSpec(kind="auv"))
@@ -136,15 +137,15 @@ class TestStepResponse:
 
 
 CASES = {
+    "all": {"current": (-0.25, 0.15, 0.05), "ballast": (-30.0, -0.3), "thrust": True},
     "still water": {},
     "current": {"current": (0.3, -0.2, 0.1)},
     "ballast": {"ballast": (60.0, 0.2)},
-    "all": {"current": (-0.25, 0.15, 0.05), "ballast": (-30.0, -0.3), "thrust": True},
 }
 
 
 class TestAgainstFossen:
-    @pytest.mark.parametrize("name", CASES)
+    @pytest.mark.parametrize("name", first_daily(CASES, 2))
     def test_twenty_seconds_from_generic_velocities(self, name: str) -> None:
         """Tumbling in all six degrees of freedom, solved by another integrator from independently coded equations."""
         case, rng, model = CASES[name], np.random.default_rng(len(name)), AUV.model()
