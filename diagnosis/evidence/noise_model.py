@@ -19,7 +19,7 @@ LEAST_WHITE = 1e-3
 LEAST_SLOW = 1e-7
 """Variance over the white variance below which a process is left out."""
 LEAST_POWER = 1e-12
-"""Least power of a band, since a recording may have rows of zeros."""
+"""Least power of a band and least variance of an output, since the base may fit a recording of a few fields exactly."""
 SAME_STEP, SETTLED = 1e-6, 1e-12
 """Relative difference of equal time steps, and the change of a gain below which the gain is constant."""
 
@@ -59,7 +59,7 @@ class NoiseModel:
             variance, turning = _with_wander(
                 own, total, seen_densities(output_axes, tau_s, interval_s, policy), power, lines
             )
-        white = np.maximum(variance[:, 0], LEAST_WHITE * np.maximum(total, 1e-300))
+        white = np.maximum(variance[:, 0], LEAST_WHITE * np.maximum(total, LEAST_POWER))
         return cls(tau_s, white, variance[:, 1:], turning, output_axes)
 
     @classmethod
@@ -69,7 +69,7 @@ class NoiseModel:
         f, power, lines = _bands(residual, interval_s, policy)
         total, seen = residual.var(axis=0), seen_densities(output_axes, tau_s, interval_s, policy)
         variance, turning = _with_wander(np.ones((1, len(f))), total, seen, power, lines)
-        white = np.maximum(variance[:, 0], LEAST_WHITE * np.maximum(total, 1e-300))
+        white = np.maximum(variance[:, 0], LEAST_WHITE * np.maximum(total, LEAST_POWER))
         return cls(tau_s, white, np.zeros((len(total), 1)), turning, output_axes)
 
     def whitened(self, time_s: Array, usable: Array, columns: Array) -> tuple[Array, Array]:
