@@ -34,9 +34,15 @@ MANOEUVRES = (
 """Manoeuvres that vary the field along body x, y, z: turns about the remaining two axes."""
 
 
+def rounded_sizes(values: Array) -> Array:
+    """Sizes of values (n,) as parts of the largest, on DIGITS digits: equal where only rounding differs."""
+    size = np.abs(values)
+    return np.asarray(np.round(size / size.max(), DIGITS))
+
+
 def main_axis(direction: Array) -> int:
-    """The axis of a body direction (3,), judged on DIGITS digits: of components equal to rounding, the first."""
-    return int(np.argmax(np.round(np.abs(direction / np.linalg.norm(direction)), DIGITS)))
+    """The axis of a body direction (3,), judged by `rounded_sizes`: of components equal to rounding, the first."""
+    return int(np.argmax(rounded_sizes(direction)))
 
 
 def axis_text(direction: Array) -> str:

@@ -22,7 +22,7 @@ from calib.models.sensor_array import (
     residual_size,
     residuals,
 )
-from calib.observability import MAX_STD_FRACTION
+from calib.observability import MAX_STD_FRACTION, rounded_sizes
 from calib.reference import Reference
 from calib.result import Calibration, Status
 from calib.settings import NotNegative
@@ -165,7 +165,7 @@ def _loose(covariance: Array | None, names: tuple[str, ...], strength_nT: float)
         for name in names
     ]
     std = np.sqrt(np.diag(covariance)) / unit
-    worst = int(std.argmax())
+    worst = int(np.argmax(rounded_sizes(std)))
     if std[worst] <= MAX_STD_FRACTION:
         return None
     return Status(

@@ -11,6 +11,7 @@ import numpy as np
 from calib.base import Calibrator
 from calib.models.vector import NAMES, VectorData, calibration
 from calib.numerics.kalman import STEADY, Engine, NoiseRule, filtered
+from calib.observability import rounded_sizes
 from calib.reference import Reference
 from calib.result import OFFSET_NAMES, Calibration, Status
 from calib.settings import NotNegative, Positive, check
@@ -161,7 +162,7 @@ def _status(steps: FilterTrack, settings: KalmanSettings) -> Status:
         return Status("not_converged", "the covariance is no longer positive definite: raise noise_variance_nT2")
     if values[-1] <= MAX_PRIOR_SHARE:
         return Status("ok")
-    worst = NAMES[int(np.argmax(np.abs(vectors[:, -1])))]
+    worst = NAMES[int(np.argmax(rounded_sizes(vectors[:, -1])))]
     return Status(
         "not_converged",
         f"the covariance has not come down: the start value still weighs {figure(values[-1], 2)} "

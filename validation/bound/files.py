@@ -41,6 +41,7 @@ def scenario_experiment(scenario: Scenario, noise_std_nT: float | None = None, *
     """Return the experiment of a simulated run: true field and motion, matrix and white noise of the first sensor.
 
     The gyro's noise is the scenario's; `coloured` adds the scenario's flicker noise and random walk.
+    noise_std_nT : white noise; None for the scenario's, as stated, or measured where no white noise is stated.
     Raises InputError if the vehicle cannot perform the motion, and without noise.
     """
     return run_experiment(plan(scenario), noise_std_nT, coloured=coloured)
@@ -53,12 +54,15 @@ def run_experiment(
     coloured: bool = False,
     motions: Iterable[Motion] | None = None,
 ) -> Experiment:
-    """Return the experiment of a planned run, simulated here unless motions are given; InputError in a zero field."""
+    """Return the experiment of a planned run, see `scenario_experiment`; simulated here unless motions are given.
+
+    Raises InputError in a zero field, and without noise.
+    """
     if not np.any(run.field_enu_nT):
         what = "the field is zero: it has neither a direction nor a strength to calibrate by"
         raise InputError(what, where=run.scenario.name, do="give a field, as by --set field.enu_nT=[0,20000,-45000]")
     recording, truth = run_in_memory(run, motions)
-    if coloured and noise_std_nT is None:
+    if noise_std_nT is None:
         noise_std_nT = stated_noise_nT(run.effects[0])
     known = true_experiment(recording, truth, run.effects[0], run.field_enu_nT, run.scenario.name, noise_std_nT)
     colour = stated_colour(run.effects[0]) if coloured else None

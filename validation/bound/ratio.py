@@ -17,7 +17,6 @@ from validation.bound.files import run_experiment
 from validation.bound.information import directed
 from validation.bound.knowledge import COLOURED
 from validation.bound.score_bounds import score_bounds
-from validation.bound.sensor_noise import stated_noise_nT
 from validation.scoring.definitions import SCORE_DEFINITIONS
 
 OTHER_SENSORS = {"scalar", "array"}
@@ -47,8 +46,7 @@ def least_errors_in(run: PreparedRun, knowledges: set[str], flights: MotionCache
     """
     try:
         motions = None if flights is None else flights.motions(run)
-        noise = stated_noise_nT(run.effects[0])
-        return least_errors(run_experiment(run, noise, coloured=True, motions=motions), knowledges)
+        return least_errors(run_experiment(run, coloured=True, motions=motions), knowledges)
     except InputError:
         return {}
 

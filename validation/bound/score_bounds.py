@@ -96,8 +96,8 @@ def _figure_of_merit(known: Experiment, bound: Bound) -> float:
     if not np.isfinite(bound.variance(rows)).all():
         return np.inf
     values, vectors = np.linalg.eigh(np.where(np.isfinite(bound.covariance), bound.covariance, 0.0))
-    root = vectors * np.sqrt(np.clip(values, 0.0, None))
-    errors = np.random.default_rng(0).standard_normal((DRAWS, len(root))) @ root.T
+    root = vectors * np.sqrt(np.clip(values, 0.0, None)) @ vectors.T  # symmetric: no processor's choice of axes
+    errors = np.random.default_rng(0).standard_normal((DRAWS, len(root))) @ root
     total_nT = (errors @ rows.T).reshape(DRAWS, -1, MANOEUVRE_SAMPLES)
     return float(np.ptp(total_nT, axis=2).sum(axis=1).mean())
 

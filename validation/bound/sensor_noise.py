@@ -12,8 +12,8 @@ from validation.bound.colour import Colour
 
 
 def stated_noise_nT(effects: tuple[Effect, ...]) -> float | None:
-    """Return the stated white noise, None without."""
-    return _rms([one.std_nT for one in effects if isinstance(one, WhiteNoise)])
+    """Return the stated white noise, None without or of zero."""
+    return _rms([one.std_nT for one in effects if isinstance(one, WhiteNoise)]) or None
 
 
 def stated_colour(effects: tuple[Effect, ...]) -> Colour | None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from calib.observability import MAX_STD_FRACTION, axis_text
+from calib.observability import MAX_STD_FRACTION, axis_text, main_axis, rounded_sizes
 from scenarios.arrays import Array
 from validation.bound.bound import Bound
 from validation.bound.experiment import Experiment
@@ -53,9 +53,9 @@ def _determined(information: float, known: Experiment) -> bool:
 
 
 def _parameters(vector: Array, bound: Bound) -> str:
-    """Return the parameters that trade against each other, largest first."""
-    size = np.abs(vector)
-    main = [k for k in np.argsort(-size) if size[k] >= MAIN_PART * size.max()]
+    """Return the parameters that trade against each other, largest first, of equal ones in the order of the names."""
+    size = rounded_sizes(vector)
+    main = [k for k in np.argsort(-size, kind="stable") if size[k] >= MAIN_PART]
     return " against ".join(bound.information.names[k] for k in main)
 
 
@@ -63,7 +63,7 @@ def _why(vector: Array, known: Experiment) -> str:
     """Return the range of angles of the field to the offset's part of a direction, in words."""
     axis = vector[:3] if np.linalg.norm(vector[:3]) > MAIN_PART else _thinnest(known)
     angle_deg = np.degrees(np.arccos(np.clip(known.directions @ (axis / np.linalg.norm(axis)), -1.0, 1.0)))
-    low, high = np.sort(np.where(axis[np.argmax(np.abs(axis))] > 0, 1, -1) * (angle_deg - 90.0) + 90.0)[[0, -1]]
+    low, high = np.sort(np.where(axis[main_axis(axis)] > 0, 1, -1) * (angle_deg - 90.0) + 90.0)[[0, -1]]
     return f"the field stays between {figure(low, 3)} and {figure(high, 3)} degrees from {axis_text(axis)}"
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from calib.observability import Extent, axis_text, planar_status
+from calib.observability import Extent, axis_text, main_axis, planar_status
 from scenarios.arrays import Array
 from validation.inspection.finding import Finding, Level
 from validation.inspection.sensor_data import SensorData, attitude_of
@@ -45,7 +45,7 @@ def _coverage(data: SensorData) -> Finding | None:
 
 def _pointing(direction: Array) -> str:
     """Return a unit vector (3,) in words: the nearest half axis, with components unless along that axis."""
-    main = int(np.argmax(np.abs(direction)))
+    main = main_axis(direction)
     text = f"{'+' if direction[main] > 0 else '-'}{'xyz'[main]}"
     x, y, z = direction
     return text if abs(direction[main]) > POLICY.along_axis else f"{text} (direction {x:.2f}, {y:.2f}, {z:.2f})"

@@ -24,7 +24,6 @@ from validation.bound.files import scenario_experiment
 from validation.bound.goal import OFFSET, Goal
 from validation.bound.information import SAMPLE
 from validation.bound.limit import Tilts, inverse, sample_rows
-from validation.bound.sensor_noise import stated_noise_nT
 from validation.planning.manoeuvre import HandHeld, Leg, Manoeuvre, manoeuvre_of
 
 HAND, HAND_DEG_S, HAND_STEP_DEG = "hand", 45.0, 45.0
@@ -80,8 +79,7 @@ class PlanningTask:
         vehicle = who if who != HAND else next(name for name, one in VEHICLES.items() if Ability.POINT in one.abilities)
         rest = manoeuvre_of(vehicle).phase([Leg(0.0, 0.0, 0.0, 1.0)])
         base = based(vehicle, like, [rest], BEST[knowledge])
-        noise_std_nT = noise_std_nT or stated_noise_nT(plan(base).effects[0])
-        known = scenario_experiment(_resting(base), noise_std_nT or None)
+        known = scenario_experiment(_resting(base), noise_std_nT)
         yaw_deg = _heading_deg(base)
         if who == HAND:
             shown, all_round = HandHeld(HAND_DEG_S, yaw_deg), tilts or Tilts(180.0, 90.0)

@@ -39,7 +39,7 @@ def test_of_a_log(tmp_path: Path, attitude: bool) -> None:
 
 def test_of_a_scenario() -> None:
     known = scenario_experiment(load("standard-full"))
-    assert known.noise_std_nT == pytest.approx(10.0, rel=0.03)
+    assert known.noise_std_nT == 10.0  # as stated, not as the draws of one run scatter
     np.testing.assert_allclose(known.matrix, standard.SOFT, atol=1e-9)
     assert scenario_experiment(load("standard-full"), 3.0).noise_std_nT == 3.0
 

@@ -104,3 +104,15 @@ def test_an_unknown_strength_costs_nothing_but_the_scale() -> None:
         expected[i, j] = expected[j, i] = value
     np.testing.assert_allclose(bound.matrix_std, expected, rtol=1e-3)
     assert bound.offset_rms_nT == pytest.approx(Bound.of(known, "norm").offset_rms_nT)
+
+
+def test_the_figure_of_merit_does_not_follow_rounding() -> None:
+    """Scale factors with one variance have no axes of their own: the last digits of the information choose them."""
+    known = replace(of_motion("full"), field_enu_nT=ENU_NT)
+    bound = Bound.of(known, "vector")
+    rounding = np.random.default_rng(3).normal(size=bound.information.matrix.shape)
+    merits = [
+        score_bounds(known, replace(bound, information=replace(bound.information, matrix=matrix)))[-1].value
+        for matrix in (bound.information.matrix, bound.information.matrix * (1.0 + 1e-13 * (rounding + rounding.T)))
+    ]
+    assert merits[0] == pytest.approx(merits[1], rel=1e-9)
