@@ -40,3 +40,23 @@ def test_too_little_time_is_infinite() -> None:
 
 def test_whole_amounts_fit_and_hold_at_least_one() -> None:
     np.testing.assert_array_equal(whole(np.array([1.0, 2.7, 3.4, 1.9]), 9.0), [1.0, 3.0, 3.0, 2.0])
+    np.testing.assert_array_equal(whole(np.array([1.2, 2.7, 3.6]), 8.4), [1.0, 3.0, 4.0])
+    np.testing.assert_array_equal(whole(np.array([0.2, 0.9, 1.5]), 2.0), [1.0, 1.0, 1.0])
+
+
+def test_the_least_of_a_leg_is_kept_and_a_unit_has_its_length() -> None:
+    """1 / (9 x) + 1 / (5 - x) is least at 1.25, below what a leg must have; a unit lasts two seconds."""
+    amounts, square = legs([3.0, 0.0], [0.0, 1.0], least=2.0, unit_s=2.0).best(10.0)
+    np.testing.assert_allclose(amounts, [2.0, 3.0], rtol=1e-3)
+    assert square == pytest.approx(1 / 18 + 1 / 3, rel=1e-4)
+    assert np.isfinite(legs([3.0, 0.0], [0.0, 1.0], least=2.0, unit_s=2.0).best(8.0)[1])
+
+
+def test_the_slope_is_that_of_small_steps() -> None:
+    rng = np.random.default_rng(6)
+    some, amounts = legs(*rng.normal(size=(5, 3)).tolist()), rng.uniform(1.0, 2.0, 5)
+    _, slope = some._log_and_slope(amounts)
+    steps = 1e-6 * np.eye(5)
+    values = [(some._log_and_slope(amounts + d)[0], some._log_and_slope(amounts - d)[0]) for d in steps]
+    np.testing.assert_allclose(slope, [(up - down) / 2e-6 for up, down in values], rtol=1e-5)
+    assert np.exp(some._log_and_slope(amounts)[0]) == pytest.approx(some.mean_square(amounts))

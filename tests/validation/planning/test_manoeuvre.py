@@ -10,7 +10,8 @@ from scenarios.errors import InputError
 from sim.scenario import Scenario
 from sim.simulation import plan, true_motion
 from sim.vehicles import VEHICLES
-from validation.planning.manoeuvre import Held, Leg, Pushed, manoeuvre_of
+from validation.bound.limit import Tilts
+from validation.planning.manoeuvre import HandHeld, Held, Leg, Pushed, manoeuvre_of
 
 LEGS = (Leg(30.0, 15.0, -12.0, 2.0), Leg(-40.0, -10.0, 18.0, 1.0))
 WITHIN_DEG = {"auv": 1.0, "quadrotor": 1.5, "turntable": 0.1}
@@ -65,3 +66,65 @@ def test_pushes_are_stretched_so_that_nothing_is_left_of_a_time() -> None:
 def test_who_is_no_vehicle() -> None:
     with pytest.raises(InputError, match="quadrotor"):
         manoeuvre_of("quadrotr")
+
+
+def test_a_turn_takes_its_largest_angle_at_the_peak_of_a_smoothstep() -> None:
+    """15/8 of the mean rate; yaw the shorter way round; a second at least."""
+    held = Held(20.0)
+    assert held.move_s((170.0, 0.0, 0.0), (-150.0, 10.0, 0.0)) == pytest.approx(1.875 * 40.0 / 20.0)
+    assert held.move_s((0.0, -20.0, 0.0), (30.0, 30.0, 0.0)) == pytest.approx(1.875 * 50.0 / 20.0)
+    assert held.move_s((0.0, 0.0, 25.0), (0.0, 0.0, -35.0)) == pytest.approx(1.875 * 60.0 / 20.0)
+    assert held.move_s((0.0, 0.0, 0.0), (2.0, 0.0, 0.0)) == 1.0
+
+
+def test_a_flight_of_holds_begins_and_ends_level() -> None:
+    """From level to roll 12 and yaw 30, to the next, and home from a roll of 24 at its heading."""
+    legs = (Leg(30.0, 0.0, -12.0, 2.0), Leg(30.0, 8.0, 24.0, 1.0))
+    phase = Held(20.0, yaw_deg=10.0).phase(legs)
+    moves = [1.875 * angle / 20.0 for angle in (20.0, 36.0, 24.0)]
+    assert [*(pose.move_s for pose in phase.poses), phase.home_s] == pytest.approx(moves, abs=0.06)
+    assert [pose.hold_s for pose in phase.poses] == [2.0, 1.0]
+    assert phase.duration_s == pytest.approx(sum(moves) + 3.0, abs=0.2)
+
+
+def test_pushes_turn_from_the_heading_before_and_count_whole() -> None:
+    legs = (Leg(60.0, 5.0, 0.0, 2.0), Leg(-20.0, 0.0, 5.0, 3.0))
+    phase = Pushed(20.0, yaw_deg=20.0, drag_1_m=0.02).phase(legs)
+    assert [push.turn_s for push in phase.pushes] == pytest.approx([1.875 * 2.0, 1.875 * 4.0], abs=0.06)
+    assert [push.times for push in phase.pushes] == [2, 3]
+    assert (phase.push_s, phase.switch_s, phase.drag_1_m, phase.run_in_s) == (1.5, 0.6, 0.02, 1.0)
+
+
+def test_the_variants_are_quicker_turns_or_longer_pushes() -> None:
+    assert [way.turning_deg_s for way in Held(20.0).ways] == [20.0, 30.0, 40.0]
+    assert [way.push_s for way in Pushed(20.0).ways] == [1.5, 2.5, 4.0]
+    assert HandHeld(20.0).ways == (HandHeld(20.0),)
+    assert (HandHeld.least, HandHeld.whole, Pushed.least, Pushed.whole, Held.least, Held.whole) == (
+        *(3.0, False, 1.0, True),
+        *(0.0, False),
+    )
+    assert (Held.stays, Pushed.stays, Held.most_deg, Pushed.most_deg) == (False, True, 180.0, 45.0)
+
+
+@pytest.mark.parametrize(("tilts", "most_m_s2"), [((0.0, 45.0), 9.81), ((30.0, 30.0), 9.81 * (7 / 9) ** 0.5)])
+def test_wide_tilts_change_no_faster_than_a_vehicle_follows(tilts: tuple[float, float], most_m_s2: float) -> None:
+    """From one acceleration to its opposite at a jerk of 40 m/s^3; cos 30 twice is 3/4: the tangent is root 7/9."""
+    assert Pushed(20.0).within(Tilts(*tilts)).switch_s == pytest.approx(2 * 1.875 * most_m_s2 / 40.0, abs=0.006)
+    assert Pushed(20.0).within(Tilts(5.0, 5.0)).switch_s == 0.6
+    assert Held(20.0).within(Tilts(*tilts)) == Held(20.0)
+
+
+def test_a_vehicle_that_tilts_by_thrust_has_its_z_along_thrust_and_its_x_on_the_heading() -> None:
+    """Thrust balances gravity, acceleration and drag, which goes with the square of the speed."""
+    reference = np.zeros((1, 18))
+    reference[0, 3:10] = [3.0, -4.0, 0.0, 1.0, 2.0, -0.5, 0.7]
+    R = Pushed(20.0, drag_1_m=0.02).seen(reference).as_matrix()[0]
+    thrust = np.array([1.0 + 0.02 * 5 * 3, 2.0 - 0.02 * 5 * 4, 9.81 - 0.5])
+    np.testing.assert_allclose(R[:, 2], thrust / np.linalg.norm(thrust), rtol=1e-6)
+    assert np.arctan2(R[1, 0], R[0, 0]) == pytest.approx(0.7)
+
+
+def test_pushes_are_no_shorter_and_no_longer_than_they_may_be() -> None:
+    manoeuvre = Pushed(20.0, push_s=4.0)
+    assert manoeuvre.filling(LEGS, manoeuvre.phase(LEGS).duration_s + 1000.0).push_s == 10.0
+    assert manoeuvre.filling(LEGS, manoeuvre.phase(LEGS).duration_s + 0.5).push_s > 4.0

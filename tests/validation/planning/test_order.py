@@ -27,3 +27,24 @@ def test_near_the_shortest_of_all(seed: int) -> None:
 
 def test_one_place() -> None:
     assert shortest(1, lambda a, b: 1.0) == [0]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_no_stretch_can_be_turned_round_for_a_shorter_way(seed: int) -> None:
+    """One way costs more than the other, as turns do that begin at another heading."""
+    rng = np.random.default_rng(seed)
+    costs = rng.uniform(1.0, 2.0, (10, 9))
+
+    def length(order: list[int]) -> float:
+        return float(sum(costs[b + 1, a] for b, a in pairwise((START, *order))))
+
+    found = shortest(9, lambda a, b: float(costs[a + 1, b]))
+    turned = [found[:i] + found[i:j][::-1] + found[j:] for i in range(9) for j in range(i + 2, 10)]
+    assert length(found) <= min(map(length, turned)) + 1e-9
+
+
+def test_two_places_are_begun_with_the_nearer_way() -> None:
+    """The nearer place first, unless the way from there costs more: 1 + 9 against 3 + 2."""
+    ways = {(START, 0): 1.0, (START, 1): 3.0, (0, 1): 9.0, (1, 0): 2.0}
+    assert shortest(2, lambda a, b: ways[a, b]) == [1, 0]
+    assert shortest(2, lambda a, b: {**ways, (0, 1): 3.0}[a, b]) == [0, 1]

@@ -165,11 +165,6 @@ def test_trials_of_a_few_seconds(auv: Plan) -> None:
     assert "flown 6 times" in headline(found)
 
 
-def test_a_time_that_is_too_short_says_so(auv: Plan) -> None:
-    with pytest.raises(InputError, match="give more --time"):
-        planned(auv.task, 20.0)
-
-
 def test_tilts_that_a_push_cannot_reach_are_refused() -> None:
     with pytest.raises(InputError, match="at most 45 degrees"):
         PlanningTask.of("quadrotor", load("standard-full"), tilts=Tilts(20.0, 60.0))

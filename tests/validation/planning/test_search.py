@@ -1,0 +1,172 @@
+"""Routes and their times: narrower tilts, thinning, the shortest flight for a target, what a longer time gives."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from scenarios.errors import InputError
+from sim.scenario import load
+from validation.bound.limit import Tilts
+from validation.planning.plan import planned
+from validation.planning.search import NARROWER, THINNED, RouteSearch, design_error, few, merged, selections
+from validation.planning.task import HAND, PlanningTask
+
+TIME_S = 120.0
+
+
+@pytest.fixture(scope="module")
+def hand() -> PlanningTask:
+    return PlanningTask.of(HAND, load("standard-full"), noise_std_nT=10.0)
+
+
+@pytest.fixture(scope="module")
+def auv() -> PlanningTask:
+    return PlanningTask.of("auv", load("standard-full"), tilts=Tilts(12.0, 20.0), noise_std_nT=10.0)
+
+
+@pytest.fixture(scope="module")
+def by_hand(hand: PlanningTask) -> RouteSearch:
+    return RouteSearch(hand, TIME_S)
+
+
+def widest(search: RouteSearch) -> list[float]:
+    """Largest tilt over its limit in each route."""
+    tilts = search.task.tilts
+    limits = np.array([tilts.pitch_deg, tilts.roll_deg])
+    return [float(np.max(np.abs(route.angles_deg[:, 1:]) / limits)) for route in search.routes]
+
+
+def test_routes_within_narrower_tilts_are_tried_by_a_vehicle_that_starts_anew(
+    auv: PlanningTask, hand: PlanningTask
+) -> None:
+    np.testing.assert_allclose(widest(RouteSearch(auv, TIME_S, (5,))), NARROWER, atol=0.03)
+    np.testing.assert_allclose(widest(RouteSearch(hand, TIME_S, (5,))), [1.0])
+    known = auv.going_on(1e-4 * np.eye(len(auv.wanted)), 0.0)
+    np.testing.assert_allclose(widest(RouteSearch(known, TIME_S, (5,))), [1.0], atol=0.03)
+
+
+def test_without_counts_more_are_tried_from_the_start_and_fewer_after_a_recording(hand: PlanningTask) -> None:
+    """A leg after a recording may be a single attitude; a plan from the start is of four or more."""
+    anew = {len(route.angles_deg) for route in RouteSearch(hand, TIME_S).routes}
+    after = {len(route.angles_deg) for route in RouteSearch(hand.going_on(np.eye(9), 0.0), TIME_S).routes}
+    assert min(anew) >= 3
+    assert min(after) == 1
+
+
+def test_the_optimal_design_halves_its_error_in_four_times_the_time(
+    auv: PlanningTask, hand: PlanningTask, by_hand: RouteSearch
+) -> None:
+    for task in (auv, hand):
+        assert design_error(task, 400.0) == pytest.approx(design_error(task, 100.0) / 2, rel=1e-3)
+    assert by_hand.least(TIME_S) == pytest.approx(design_error(hand, TIME_S))
+    assert by_hand.least(4 * TIME_S) == pytest.approx(by_hand.least(TIME_S) / 2)
+    assert by_hand.best(TIME_S).error > by_hand.least(TIME_S)
+
+
+def test_what_is_promised_is_the_error_of_the_phase_within_the_time(by_hand: RouteSearch) -> None:
+    for time_s in (70.0, TIME_S, 500.0):
+        found = by_hand.best(time_s)
+        assert found.time_s == time_s
+        assert found.phase.duration_s == pytest.approx(time_s, abs=0.2)
+        assert found.error == pytest.approx(found.task.error(found.information), rel=0.02)
+    assert by_hand.best(20.0).error == np.inf
+
+
+def test_no_leg_is_kept_that_hardly_lasts_and_can_be_spared(auv: PlanningTask) -> None:
+    """What thinning takes away costs less than is allowed, and what is left is needed or long enough."""
+    time_s = 300.0
+    search = RouteSearch(auv, time_s, (12,))
+    raw = min((route.best(time_s) for route in search.routes), key=lambda one: one.error)
+    routes = len(search.routes)
+    found = search.best(time_s)
+    assert found.error <= THINNED * raw.error
+    assert len(found.legs) < len(raw.legs)
+    assert len(search.routes) == routes + 1  # and serves the times that are asked next
+    assert all(leg.amount >= 0.5 for leg in found.legs)
+    assert found.error < raw.error  # two turns that are not made leave time for the others
+    assert search.best(time_s).error <= found.error * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("close_s", [1.0, 8.0])
+def test_the_shortest_flight_meets_its_target_and_a_shorter_one_does_not(by_hand: RouteSearch, close_s: float) -> None:
+    target = 1.3 * by_hand.best(TIME_S).error
+    found = by_hand.shortest(target, TIME_S, close_s)
+    assert found.error <= target
+    assert by_hand.best(found.time_s - close_s).error > target
+    assert found.time_s < 0.8 * TIME_S
+
+
+def test_a_target_out_of_reach_gives_the_best_of_the_whole_time(by_hand: RouteSearch) -> None:
+    found = by_hand.shortest(1e-9, TIME_S)
+    assert found.time_s == TIME_S
+    assert found.error == pytest.approx(by_hand.best(TIME_S).error, rel=1e-3)
+
+
+def test_a_plan_for_a_target_ends_when_it_is_met(hand: PlanningTask) -> None:
+    best = planned(hand, TIME_S)
+    met = planned(hand, TIME_S, 1.3 * best.error)
+    assert met.met
+    assert met.error == pytest.approx(1.3 * best.error, rel=0.02)
+    assert met.time_s < 0.8 * TIME_S
+    missed = planned(hand, TIME_S, 0.5 * best.error)
+    assert not missed.met
+    assert missed.time_s == pytest.approx(TIME_S, abs=0.5)
+    assert missed.error == pytest.approx(best.error, rel=0.02)
+    with pytest.raises(InputError, match=r"no manoeuvre in this time.*give more --time"):
+        planned(hand, 20.0, 10.0)
+
+
+def test_a_person_s_attitudes_are_in_steps_and_not_refined(hand: PlanningTask) -> None:
+    search = RouteSearch(hand, 60.0, (4,))
+    routes = len(search.routes)
+    search.improve(60.0)
+    assert len(search.routes) == routes
+
+
+def test_the_remaining_time_is_filled_where_that_is_better() -> None:
+    """Pushes are whole: what is left of the time goes into longer ones."""
+    task = PlanningTask.of("quadrotor", load("standard-full"), noise_std_nT=10.0)
+    time_s = 205.0
+    found = RouteSearch(task, time_s, (6,)).best(time_s)
+    filled = found.filled
+    assert found.phase.duration_s < time_s - 1.0
+    assert filled.phase.duration_s == pytest.approx(time_s, abs=0.1)
+    assert filled.error < found.error
+    assert filled.legs == found.legs
+    assert replace(found, error=0.9 * filled.error).filled.error == 0.9 * filled.error
+
+
+def test_every_way_of_the_manoeuvre_is_offered(hand: PlanningTask) -> None:
+    ((choice, least),) = selections(hand, TIME_S)
+    assert least < choice.error < 1.2 * least
+    unable = next(iter(selections(hand, 20.0)))
+    assert unable[0].error == np.inf
+
+
+def test_thinning_leaves_the_candidates_that_the_optimum_needs() -> None:
+    """Three orthogonal directions and a hundred weak ones between them: the three suffice."""
+    rng = np.random.default_rng(4)
+    weak = rng.standard_normal((100, 3))
+    weak *= 0.05 / np.linalg.norm(weak, axis=1)[:, None]
+    rows = np.concatenate([weak[:50], np.eye(3), weak[50:]])[:, None, :]
+    many, least = few(rows, np.eye(3), (3, 10))
+    assert sorted(least) == [50, 51, 52]
+    assert 3 <= len(many) <= 10
+
+
+def test_counts_bound_the_candidates_from_above() -> None:
+    rows = np.random.default_rng(8).standard_normal((60, 1, 4))
+    found = few(rows, np.eye(4), (5, 12, 8))
+    assert [len(places) <= count for places, count in zip(found, (12, 8, 5), strict=True)] == [True] * 3
+    assert all(set(fewer) <= set(more) for more, fewer in pairwise(found))
+    assert len(found[-1]) >= 4
+
+
+def test_attitudes_that_differ_by_half_a_degree_are_two() -> None:
+    angles = np.array([[0.0, 0.0, 0.0], [0.4, 0.0, 0.0], [1.0, 0.0, 0.0]])
+    np.testing.assert_array_equal(merged(angles), angles[[0, 2]])
+    np.testing.assert_array_equal(merged(angles[:1]), angles[:1])
