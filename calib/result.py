@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calib.input_terms import InputTerm
-from calib.numerics.points import cross_matrices, mapped
+from calib.numerics.points import mapped, turning_field
 from calib.numerics.rates import body_rate, smoothed_derivative
 from recordings import Recording
 from scenarios.arrays import Array
@@ -142,8 +142,7 @@ class Calibration:
         rate = body_rate(recording)
         if rate is None:
             return self._apply_by_derivative(centred, recording.time_s)
-        system = np.linalg.inv(self.matrix) - self.eddy_s @ cross_matrices(rate)
-        return np.asarray(np.linalg.solve(system, centred[:, :, None])[:, :, 0])
+        return np.asarray(turning_field(centred, np.linalg.inv(self.matrix), self.eddy_s, np.ascontiguousarray(rate)))
 
     def used(self, recording: Recording) -> Recording:
         """The fitted recording without the samples left out."""

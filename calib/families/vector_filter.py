@@ -123,7 +123,7 @@ class VectorFilter(Calibrator):
     T_m - T = H x + v,  H = [I3 | T_3x9 | dT_3x9],  x = (T_p, A, B),  x_k = x_k-1 + w  ([Li2017] eq. 1 to 9, table 1)
 
     The claimed covariance is the filter's times `FilterTrack.variance_factor`. `engine`: the compiled filter, or
-    filterpy's, which gives the same and takes at least twice as long.
+    filterpy's, which gives the same and takes ten times as long.
     """
 
     needs: ClassVar[tuple[str, ...]] = ("attitude", "field_vector")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -49,20 +49,80 @@ class Run(NamedTuple):
         return cls(*(np.empty(shape) for shape in shapes))
 
 
-@njit(cache=True)
-def step(x: Array, P: Array, y: Array, H: Array, Q: Array, R: Array) -> tuple[Any, ...]:
-    """State (d,) and covariance (d, d) after a sample y (m,) = H x + v; innovation, its covariance and the inverse.
+@njit(cache=True, fastmath={"contract"})
+def _times(left: Array, right: Array, out: Array) -> None:
+    """out = left right, (m, j), (j, d) and (m, d), row by row; most of H is zero, and costs nothing."""
+    for a in range(left.shape[0]):
+        for i in range(right.shape[1]):
+            out[a, i] = 0.0
+        for j in range(right.shape[0]):
+            factor = left[a, j]
+            if factor != 0.0:
+                for i in range(right.shape[1]):
+                    out[a, i] += factor * right[j, i]
 
-    P is made symmetric: where P H H^T / R is near 1e14, rounding otherwise makes it indefinite.
+
+@njit(cache=True, fastmath={"contract"})
+def _take_off(P: Array, left: Array, right: Array) -> None:
+    """P -= left^T right, (d, d), (m, d) and (m, d)."""
+    for a in range(len(left)):
+        for j in range(len(P)):
+            factor = left[a, j]
+            for i in range(len(P)):
+                P[j, i] -= factor * right[a, i]
+
+
+@njit(cache=True)
+def _invert(S: Array, out: Array) -> None:
+    """out = S^-1 of a positive definite S (m, m), by Gauss-Jordan in place; ZeroDivisionError for a singular one."""
+    m = len(S)
+    out[:] = S
+    for k in range(m):
+        pivot = 1.0 / out[k, k]
+        out[k, k] = 1.0
+        for j in range(m):
+            out[k, j] *= pivot
+        for i in range(m):
+            if i != k:
+                factor, out[i, k] = out[i, k], 0.0
+                for j in range(m):
+                    out[i, j] -= factor * out[k, j]
+
+
+@njit(cache=True)
+def _make_symmetric(P: Array) -> None:
+    """P <- (P + P^T) / 2: where P H H^T / R is near 1e14, rounding otherwise makes P indefinite."""
+    for i in range(len(P)):
+        for j in range(i):
+            P[i, j] = P[j, i] = (P[i, j] + P[j, i]) / 2
+
+
+@njit(cache=True)
+def step(
+    x: Array, P: Array, H: Array, noise: float, r: Array, S: Array, inverse: Array, work: tuple[Array, ...]
+) -> None:
+    """Move x (d,) and P (d, d), which holds Q already, by a sample with innovation r (m,), in place; fill S and S^-1.
+
+    B = (I - K H) P = P - K (H P),  P <- B (I - K H)^T + K R K^T = B - (B H^T - K R) K^T, with B^T in place of P.
+    work: three arrays (m, d), for H P, K^T and (B H^T - K R)^T.
     """
-    P = P + Q
-    r = y - H @ x
-    S = H @ P @ H.T + R
-    inverse = np.linalg.inv(S)
-    K = P @ H.T @ inverse
-    A = np.eye(len(x)) - K @ H
-    P = A @ P @ A.T + K @ R @ K.T
-    return x + K @ r, (P + P.T) / 2, r, S, inverse
+    of_P, gain, rest = work
+    _times(H, P, of_P)
+    for a in range(len(r)):
+        for b in range(len(r)):
+            S[a, b] = noise if a == b else 0.0
+            for i in range(len(x)):
+                S[a, b] += of_P[a, i] * H[b, i]
+    _invert(S, inverse)
+    _times(inverse.T, of_P, gain)
+    _take_off(P, of_P, gain)
+    _times(H, P, rest)
+    for a in range(len(r)):
+        for i in range(len(x)):
+            rest[a, i] -= noise * gain[a, i]
+            x[i] += gain[a, i] * r[a]
+    _take_off(P, gain, rest)
+    _make_symmetric(P)
 
 
 @njit(cache=True)
@@ -80,12 +140,23 @@ def next_noise(
 
 @njit(cache=True)
 def _run(y: Array, H: Array, x: Array, P: Array, Q: Array, noise: float, rule: NoiseRule, run: Run) -> None:
-    """Fill the run with filtered samples y (n, m), H (n, m, d)."""
-    squares, total, unit = np.empty(len(y)), 0.0, np.eye(y.shape[1])
-    for k in range(len(y)):
-        x, P, r, S, inverse = step(x, P, y[k], H[k], Q, noise * unit)
-        run.state[k], run.variance[k], run.innovation[k], run.inverse[k] = x, np.diag(P), r, inverse
-        run.predicted[k], run.noise[k], squares[k] = np.trace(S), noise, r @ r
+    """Fill the run with filtered samples y (n, m), H (n, m, d), without an allocation a sample."""
+    (n, m), d = y.shape, len(x)
+    x, P, S, squares, total = x.copy(), P.copy(), np.empty((m, m)), np.empty(n), 0.0
+    work = np.empty((m, d)), np.empty((m, d)), np.empty((m, d))
+    for k in range(n):
+        P += Q
+        run.predicted[k], run.noise[k], squares[k] = 0.0, noise, 0.0
+        for a in range(m):
+            run.innovation[k, a] = y[k, a]
+            for i in range(d):
+                run.innovation[k, a] -= H[k, a, i] * x[i]
+            squares[k] += run.innovation[k, a] ** 2
+        step(x, P, H[k], noise, run.innovation[k], S, run.inverse[k], work)
+        for a in range(m):
+            run.predicted[k] += S[a, a]
+        for i in range(d):
+            run.state[k, i], run.variance[k, i] = x[i], P[i, i]
         if rule.window > 0:
             total, noise = next_noise(rule, squares, k, total, run.predicted[k], noise)
     run.covariance[:] = P

@@ -89,6 +89,31 @@ def lengths_and_slopes(h: Array, matrix: Array) -> tuple[Array, Array]:
     return size, slope
 
 
+@njit(cache=True)
+def turning_field(centred: Array, S: Array, B: Array, rate: Array) -> Array:
+    """h (n, 3) of (S - B [w]x) h = m - b, for m - b centred (n, 3) and w rate (n, 3); by Cramer's rule.
+
+    ZeroDivisionError where a system is singular.
+    """
+    out, M = np.empty((len(centred), 3)), np.empty((3, 3))
+    for n in range(len(centred)):
+        u, v, w = rate[n]
+        for i in range(3):
+            M[i, 0] = S[i, 0] - B[i, 1] * w + B[i, 2] * v
+            M[i, 1] = S[i, 1] + B[i, 0] * w - B[i, 2] * u
+            M[i, 2] = S[i, 2] - B[i, 0] * v + B[i, 1] * u
+        whole = 0.0
+        for k in range(3):
+            i, j = (k + 1) % 3, (k + 2) % 3
+            whole += M[0, k] * (M[1, i] * M[2, j] - M[1, j] * M[2, i])
+        for k in range(3):
+            i, j = (k + 1) % 3, (k + 2) % 3
+            part = centred[n, 0] * (M[1, i] * M[2, j] - M[1, j] * M[2, i])
+            part += centred[n, 1] * (M[2, i] * M[0, j] - M[2, j] * M[0, i])
+            out[n, k] = (part + centred[n, 2] * (M[0, i] * M[1, j] - M[0, j] * M[1, i])) / whole
+    return out
+
+
 def cross_matrices(v: Array) -> Array:
     """[v]x (n, 3, 3), so that [v]x a = v x a."""
     out = np.zeros((len(v), 3, 3))

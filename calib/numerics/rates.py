@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from recordings import Recording
 from scenarios.arrays import Array
+from scenarios.kernel_cache import njit
 
 SMOOTHING_SAMPLES = 9
 """Window of the cubic Savitzky-Golay derivative."""
@@ -24,10 +25,34 @@ def body_rate(recording: Recording) -> Array | None:
         return np.asarray(recording.gyro_rad_s)
     if recording.att_q is None or len(recording) < 2:
         return None
-    attitude = Rotation.from_quat(recording.att_q, scalar_first=True)
-    step = (attitude[:-1].inv() * attitude[1:]).as_rotvec() / np.diff(recording.time_s)[:, None]
-    padded = np.concatenate((step[:1], step, step[-1:]))
-    return np.asarray((padded[:-1] + padded[1:]) / 2)
+    return _central_rate(np.ascontiguousarray(recording.att_q), np.diff(recording.time_s))
+
+
+@njit(cache=True, error_model="numpy")
+def _central_rate(q: Array, interval_s: Array) -> Array:
+    """Mean (n, 3) of the rates of turn before and after each attitude (n, 4); that beside it at either end."""
+    out = np.zeros((len(q), 3))
+    last = len(q) - 1
+    for i in range(last):
+        x, y, z = _turn(q[i], q[i + 1])
+        x, y, z = x / interval_s[i], y / interval_s[i], z / interval_s[i]
+        for k, share in ((i, 1.0 if i == 0 else 0.5), (i + 1, 1.0 if i + 1 == last else 0.5)):
+            out[k, 0], out[k, 1], out[k, 2] = out[k, 0] + share * x, out[k, 1] + share * y, out[k, 2] + share * z
+    return out
+
+
+@njit(cache=True, error_model="numpy")
+def _turn(p: Array, q: Array) -> tuple[float, float, float]:
+    """Rotation vector, rad, of the shorter turn p^-1 q from an attitude p (4,) to q (4,), of any length."""
+    w = p[0] * q[0] + p[1] * q[1] + p[2] * q[2] + p[3] * q[3]
+    x = p[0] * q[1] - p[1] * q[0] - p[2] * q[3] + p[3] * q[2]
+    y = p[0] * q[2] + p[1] * q[3] - p[2] * q[0] - p[3] * q[1]
+    z = p[0] * q[3] - p[1] * q[2] + p[2] * q[1] - p[3] * q[0]
+    if w < 0.0:
+        w, x, y, z = -w, -x, -y, -z
+    sine = np.sqrt(x * x + y * y + z * z)
+    factor = 2.0 * np.arctan2(sine, w) / sine if sine > 0.0 else 0.0
+    return factor * x, factor * y, factor * z
 
 
 def smoothed_derivative(values: Array, time_s: Array) -> Array:

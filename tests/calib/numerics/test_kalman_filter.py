@@ -43,3 +43,20 @@ def test_ratio_is_taken_over_the_last_innovations_alone() -> None:
 
 def test_steady_noise_stays() -> None:
     assert (run("compiled", STEADY).noise == 0.1).all()
+
+
+def test_a_state_that_stays_is_that_of_least_squares_with_the_prior() -> None:
+    """H of columns from 1 to 1e5 and a prior that weighs nothing beside them: P H H^T / R reaches 1e12."""
+    rng = np.random.default_rng(0)
+    H = rng.normal(size=(400, 3, 8)) * np.logspace(0, 5, 8)
+    y = H @ np.ones(8) + rng.normal(0.0, 1.0, (400, 3))
+    steps = filtered(y, H, np.zeros(8), 100.0 * np.eye(8), np.zeros((8, 8)), 1.0)
+    rows = np.concatenate((np.eye(8) / 10.0, H.reshape(-1, 8)))
+    size = np.linalg.norm(rows, axis=0)
+    inverse = np.linalg.pinv(rows / size) / size[:, None]
+    std = np.linalg.norm(inverse, axis=1)
+    found = inverse @ np.concatenate((np.zeros(8), y.ravel()))
+    np.testing.assert_allclose((steps.state[-1] - found) / std, 0.0, atol=1e-4)
+    np.testing.assert_allclose(
+        steps.covariance / np.outer(std, std), inverse @ inverse.T / np.outer(std, std), atol=1e-3
+    )
