@@ -25,11 +25,14 @@ from hypothesis.strategies import SearchStrategy
 
 from magbench.app import app, call
 from recordings.files import sha256_of
+from scenarios.errors import InputError
 
 PROGRESS = ("simulating", "running", "diagnosis:")
 """How lines begin that tell how far a command has come."""
 QUIET = (DeprecationWarning, PendingDeprecationWarning, ImportWarning, ResourceWarning)
 """What Python does not show to users."""
+LONGEST_REFUSAL = 700
+"""Letters of a refusal at most: a message of 500, and a path."""
 NIGHTLY = 9
 """A thousand cases in the normal run and nine thousand more in the nightly one: ten thousand in all."""
 COMMAND = typer.main.get_command(app)
@@ -79,6 +82,23 @@ def hold(place: Path, *arguments: str) -> int:
     check_answer(status, out.getvalue(), err.getvalue(), said, as_json="--json" in arguments)
     check_written(place)
     return status
+
+
+def answered(ask: Callable[[], object]) -> bool:
+    """Whether a question to the library had an answer, without a warning; a refusal is one short line."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for quiet in QUIET:
+            warnings.simplefilter("ignore", quiet)
+        try:
+            ask()
+        except InputError as error:
+            said = str(error)
+        else:
+            return True
+    assert "\n" not in said
+    assert len(said) <= LONGEST_REFUSAL
+    return False
 
 
 def check_answer(status: int, out: str, err: str, said: str, *, as_json: bool) -> None:

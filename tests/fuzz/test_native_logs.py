@@ -17,7 +17,7 @@ from tests.fuzz.material import CALIBRATION
 from tests.fuzz.tables import Bytes, broken_bytes
 from tests.recordings.readers.test_contract import EXAMPLES, FORMATS, FileFormat, formats, recording
 
-CASES = 12
+CASES = 8
 """Cases of each format in the normal run."""
 FIELD = ("--field-strength-nT", "44721")
 COMMANDS: dict[str, tuple[str, ...]] = {

@@ -61,7 +61,7 @@ class KeptBounds:
         with system_errors_about(self.path):
             lines = self.path.read_bytes().splitlines(keepends=True) if self.path.is_file() else []
         kept = [line for line in lines[1:] if matches(line)] if lines[:1] == [first] else []
-        if len(lines) != len(kept) + 1:  # another design's, damaged, or torn by a kill
+        if lines != [first, *kept]:  # another design's, damaged, or torn by a kill
             write_text(self.path, b"".join([first, *kept]).decode())
         found = filter(None, map(unsealed, kept))
         return {(one["point"], one["run"]): {(of, column): v for of, column, v in one["least"]} for one in found}

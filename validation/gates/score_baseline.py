@@ -61,7 +61,7 @@ def check_place(path: Path) -> None:
 def write_baseline(path: Path, parts: Iterable[pa.Table]) -> None:
     """Write a baseline atomically; InputError where the file cannot be written."""
     with atomic_write(path) as part, system_errors_about(path):
-        pq.write_table(pa.concat_tables(parts), part, compression="zstd")
+        pq.write_table(pa.concat_tables(parts), part, compression="zstd", write_page_checksum=True)
 
 
 def read_baseline(path: Path, design: Design, calibrator: str, score: str, trials: int) -> Array:
@@ -70,12 +70,7 @@ def read_baseline(path: Path, design: Design, calibrator: str, score: str, trial
     Raises InputError for a file that is no baseline, for a different scenario, seed, calibrator or score, and for too
     few trials.
     """
-    if not path.is_file():
-        raise InputError("no such file", where=str(path), do="write it with --write-baseline")
-    with parquet_errors_about(path):
-        table = pq.read_table(path)
-    if not table.schema.equals(COLUMNS):
-        raise InputError("is no baseline", where=str(path), do=ANEW)
+    table = _table(path)
     wanted = {"sha256": _digest(design), "seed": design.seed, "calibrator": calibrator, "score": score}
     words = {"sha256": "this scenario with these overrides", "seed": f"seed {design.seed}"}
     for column, value in wanted.items():
@@ -90,6 +85,17 @@ def read_baseline(path: Path, design: Design, calibrator: str, score: str, trial
         what = f"holds no run {missing}; the gate may take {trials} trials"
         raise InputError(what, where=str(path), do=f"{ANEW}, or lower max_trials")
     return np.array([np.inf if found[run] is None else found[run] for run in range(trials)])
+
+
+def _table(path: Path) -> pa.Table:
+    """Return a baseline's rows; InputError for a file that is no baseline, or whose pages' checksums do not match."""
+    if not path.is_file():
+        raise InputError("no such file", where=str(path), do="write it with --write-baseline")
+    with parquet_errors_about(path):
+        table = pq.read_table(path, page_checksum_verification=True)
+    if not table.schema.equals(COLUMNS):
+        raise InputError("is no baseline", where=str(path), do=ANEW)
+    return table
 
 
 def _check_values(path: Path, table: pa.Table) -> None:

@@ -17,6 +17,10 @@ from scenarios.arrays import Array
 Bytes = NDArray[np.uint8]
 
 
+class MissingUlogFieldError(LookupError):
+    """A topic without a field that belongs to the topic: the log's formats are damaged, or of an unknown release."""
+
+
 @dataclass(eq=False)
 class UlogTopic:
     """The samples of one topic and instance: column names, and the columns as the log's own types.
@@ -59,15 +63,20 @@ class UlogTopic:
 
     def column(self, name: str) -> NDArray[Any]:
         """Return a field (n,) in its own type."""
-        return np.ascontiguousarray(self.rows[name])
+        return np.ascontiguousarray(self._field(name))
 
     def vectors(self, *names: str) -> Array:
         """Return fields as the columns of an array (n, k)."""
-        return np.column_stack([self.rows[name].astype(np.float64) for name in names])
+        return np.column_stack([self._field(name).astype(np.float64) for name in names])
 
     def times_s(self, name: str = "timestamp") -> Array:
         """Return a field of microseconds in seconds, (n,)."""
-        return np.asarray(self.rows[name].astype(np.float64) * 1e-6)
+        return np.asarray(self._field(name).astype(np.float64) * 1e-6)
+
+    def _field(self, name: str) -> NDArray[Any]:
+        if name not in self:
+            raise MissingUlogFieldError(f"its topic {self.label} has no field {name}")
+        return np.asarray(self.rows[name])
 
 
 @dataclass(frozen=True)

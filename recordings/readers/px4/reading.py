@@ -9,7 +9,7 @@ import numpy as np
 
 from recordings.readers.base import FileContents, FileFormat, Wanted
 from recordings.readers.px4.channels import channel_streams
-from recordings.readers.px4.contents import ULog
+from recordings.readers.px4.contents import MissingUlogFieldError, ULog
 from recordings.readers.px4.magnetometers import magnetometers
 from recordings.readers.px4.motion import motion_streams
 from recordings.readers.px4.place import place_and_date, start_of
@@ -33,8 +33,11 @@ def _read(path: Path, wanted: Wanted, stream: str | None) -> FileContents:
         head = file.read(len(MAGIC))
     if head in ENCRYPTED or (head != MAGIC and path.suffix.lower() in ENCRYPTED_SUFFIXES):
         raise InputError("is a log that PX4 encrypted", where=str(path), do="decrypt it, and give the .ulg file")
-    with np.errstate(all="ignore"):  # damaged numbers may be of any size
-        return _contents(path, wanted, stream)
+    try:
+        with np.errstate(all="ignore"):  # damaged numbers may be of any size
+            return _contents(path, wanted, stream)
+    except MissingUlogFieldError as error:
+        raise InputError(str(error), where=str(path), do="copy the log again, or give another") from error
 
 
 def _contents(path: Path, wanted: Wanted, stream: str | None) -> FileContents:
