@@ -148,6 +148,7 @@ def test_iron_is_mistaken_for_what_it_is_in_every_recording() -> None:
         ((1.4, 1.0, 1.2), Transfer.TRANSFERRED),
         ((1.6, 1.0, 1.2), Transfer.NOT_TRANSFERRED),
         ((1.0, None, 1.2, 1.4), Transfer.SOME),
+        ((1.2, 1.0), Transfer.TRANSFERRED),
         ((1.0, None), None),
     ],
 )

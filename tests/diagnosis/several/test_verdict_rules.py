@@ -114,3 +114,13 @@ def test_slow_noise_without_a_name_in_the_lot_is_left() -> None:
     each: Any = [Leaves(False, TOLD), Leaves(False, TOLD), Leaves(True)]
     names: Any = [SimpleNamespace()]
     assert [_is_clean(one, each) for one in ([], names)] == [False, True]
+
+
+def test_the_strongest_effect_is_told_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(judgement, "common_fitted_effect", lambda effect, problems: effect)
+    for name in ("common_iron_changes", "common_value_effects"):
+        monkeypatch.setattr(judgement, name, lambda *_: [])
+    effects = [SimpleNamespace(strength=strength) for strength in (2.0, 5.0, 3.0)]
+    pool = SimpleNamespace(effects=effects, recordings=[], problems=[SimpleNamespace(policy=STANDARD)])
+    found = judgement._common_effects(pool, [])  # type: ignore[arg-type]
+    assert [one.strength for one in found] == [5.0, 3.0, 2.0]  # type: ignore[attr-defined]
