@@ -15,7 +15,7 @@ from calib.numerics.rates import world_to_body
 from calib.observability import Extent, covariance_status, planar_status, unobservable
 from calib.reference import Reference
 from calib.result import OFFSET_NAMES, STRENGTH_NAME, Calibration, Status
-from calib.structure import EVEN_DILUTION, TOLD_FRACTION, Structure, structure_of
+from calib.structure import EVEN_DILUTION, TOLD_FRACTION, Structure, dilution, structure_of
 from recordings import Recording
 from scenarios.arrays import Array
 from scenarios.text import figure
@@ -210,7 +210,7 @@ def judgement(
     structure = field.structure
     if structure.kind == "white":
         return worse
-    return _caveat(fit, structure, reference) if worse is None else _caused(fit, structure, reference, worse)
+    return _caveat(fit, structure, reference) if worse is None else _caused(fit, field, reference, worse)
 
 
 def _caveat(fit: Calibration, structure: Structure, reference: Reference) -> Status | None:
@@ -220,10 +220,11 @@ def _caveat(fit: Calibration, structure: Structure, reference: Reference) -> Sta
     return Status("ok", f"{structure.text}; {structure.remedy}")
 
 
-def _caused(fit: Calibration, structure: Structure, reference: Reference, motion: Status) -> Status:
+def _caused(fit: Calibration, field: CorrectedField, reference: Reference, motion: Status) -> Status:
     """The structure as the cause of a covariance too large; the motion, structure beside, if even directions help."""
     assert fit.covariance is not None
-    even = replace(fit, covariance=fit.covariance * min(1.0, (EVEN_DILUTION / structure.dilution) ** 2))
+    structure, spread = field.structure, dilution(field.fit, field.field_nT, field.strength_nT)
+    even = replace(fit, covariance=fit.covariance * min(1.0, (EVEN_DILUTION / spread) ** 2))
     if structure.kind != "characteristic" and covariance_status(even, reference.strength_nT) is None:
         told = structure.rms_nT > TOLD_FRACTION * reference.strength_nT
         return Status("unobservable", f"{motion.reason}; beside, {structure.text}") if told else motion

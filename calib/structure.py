@@ -11,6 +11,7 @@ from typing import Literal
 
 import numpy as np
 
+from calib.models.characteristic import fold_products
 from calib.models.response import strength_columns, strength_rows
 from calib.numerics.colour import BLOCKS, LEAST_BLOCK, block_mean_square, inflation
 from calib.numerics.flicker import strength_and_axes
@@ -61,8 +62,7 @@ class Structure:
 
     rms_nT : rms of the structure; residual_nT : of the residual; left_nT : residual (n,) without a characteristic
     inflation : of a covariance claimed for white residuals, by what is left, see `calib.numerics.colour`
-    distortion_nT : (n, 3) of a characteristic in the measurements; dilution : deviation of the offset in any direction
-    at most, in units of residual_nT / sqrt(n)
+    distortion_nT : (n, 3) of a characteristic in the measurements
     """
 
     kind: StructureKind
@@ -71,7 +71,6 @@ class Structure:
     left_nT: Array
     inflation: float
     distortion_nT: Array | None
-    dilution: float
 
     @property
     def text(self) -> str:
@@ -95,7 +94,7 @@ def structure_of(fit: Calibration, field_nT: Array, rows: tuple[Array, Array], s
         kind, rms_nT = "characteristic", float(np.sqrt(np.mean((r - left) ** 2)))
     elif rms_nT > 0.0:
         kind = _slow_kind(r, a)
-    return Structure(kind, rms_nT, residual_nT, left, colour, distortion_nT, _dilution(fit, field_nT, strength_nT))
+    return Structure(kind, rms_nT, residual_nT, left, colour, distortion_nT)
 
 
 def _slow_rms(r: Array) -> float:
@@ -112,8 +111,11 @@ def _slow_kind(r: Array, a: Array) -> StructureKind:
     return "field" if strength > UNEVEN * axes else "axes"
 
 
-def _dilution(fit: Calibration, field_nT: Array, strength_nT: float) -> float:
-    """sqrt(n max eig(A H A^T)) sigma_d / sigma_r,  H = (sum w J J^T)^-1 of the offset,  sigma_d^2 = mean w r^2."""
+def dilution(fit: Calibration, field_nT: Array, strength_nT: float) -> float:
+    """Deviation of the offset in any direction at most, in units of the residual / sqrt(n).
+
+    sqrt(n max eig(A H A^T)) sigma_d / sigma_r,  H = (sum w J J^T)^-1 of the offset,  sigma_d^2 = mean w r^2
+    """
     step = max(1, len(field_nT) // MOST_SAMPLES)
     field_nT = field_nT[::step]
     r, _ = strength_rows(fit, field_nT, strength_nT)
@@ -134,15 +136,12 @@ def _characteristic(fit: Calibration, field_nT: Array, strength_nT: float) -> tu
     step = max(1, len(field_nT) // MOST_SAMPLES)
     if len(field_nT) // step < FOLDS * LEAST_BLOCK or "S_xx" not in fit.covariance_names:
         return None
-    r, a, X, c = _columns(fit, field_nT[::step], strength_nT)
-    size = np.sqrt(np.mean(X * X, axis=0)) + np.finfo(float).tiny
-    scale = 1.0 / np.sqrt(np.einsum("ni,ni->n", a, a))
-    found, gains = _predicted(X / size * scale[:, None], r * scale)
+    size, squares, slopes = _products(fit, np.ascontiguousarray(field_nT[::step]), strength_nT)
+    found, gains = _predicted(squares, slopes)
     spread = float(np.std(gains, ddof=1))
     if not np.mean(gains) > SEEN_T * spread / np.sqrt(FOLDS) > 0.0:
         return None
-    if step > 1:
-        r, _, X, c = _columns(fit, field_nT, strength_nT)
+    r, X, c = _columns(fit, field_nT, strength_nT)
     alpha, beta = np.split((found / size)[-TERMS:], 2)
     distortion_nT = np.asarray(alpha * c**2 + beta * c**3)
     if np.abs(distortion_nT).max() > MOST_DISTORTION * strength_nT:
@@ -150,23 +149,34 @@ def _characteristic(fit: Calibration, field_nT: Array, strength_nT: float) -> tu
     return distortion_nT, r - X @ (found / size)
 
 
-def _columns(fit: Calibration, field_nT: Array, strength_nT: float) -> tuple[Array, Array, Array, Array]:
-    """r (n,), a (n, 3), the columns of offset, S and the six terms (n, k), and c (n, 3)."""
+def _columns(fit: Calibration, field_nT: Array, strength_nT: float) -> tuple[Array, Array, Array]:
+    """r (n,), the columns of offset, S and the six terms (n, k), and c (n, 3)."""
     r, _ = strength_rows(fit, field_nT, strength_nT)
     fitted_nT = field_nT * (strength_nT / (r + strength_nT))[:, None]  # r itself would enter the columns
     a, J, _ = strength_columns(fit, fitted_nT, strength_nT)
-    S = np.linalg.inv(fit.matrix)
-    c = fitted_nT @ (S.T / (strength_nT * np.linalg.norm(S, 2)))
+    c = fitted_nT @ _to_axes(fit) / strength_nT
     terms = a * c
     terms *= c
-    return r, a, np.concatenate((J, terms, terms * c), axis=1), c
+    return r, np.concatenate((J, terms, terms * c), axis=1), c
 
 
-def _predicted(X: Array, y: Array) -> tuple[Array, Array]:
-    """Least squares of y on X, and the gain (FOLDS,) of the last TERMS columns in each block held out."""
-    base, length = X.shape[1] - TERMS, len(y) // FOLDS
-    parts, of_parts = X[: FOLDS * length].reshape(FOLDS, length, -1), y[: FOLDS * length].reshape(FOLDS, length)
-    squares, slopes = parts.transpose(0, 2, 1) @ parts, np.einsum("fnk,fn->fk", parts, of_parts)
+def _to_axes(fit: Calibration) -> Array:
+    """S^T / |S| (3, 3)."""
+    S = np.linalg.inv(fit.matrix)
+    return np.asarray(S.T / np.linalg.norm(S, 2))
+
+
+def _products(fit: Calibration, field_nT: Array, strength_nT: float) -> tuple[Array, Array, Array]:
+    """Rms (k,) of the columns X, and products (FOLDS, k, k) and (FOLDS, k) of blocks of X / rms and r, over |a|."""
+    left, _, right = np.linalg.svd(fit.matrix)
+    squares, products = fold_products(field_nT, fit.matrix, left @ right, _to_axes(fit), strength_nT, FOLDS)
+    size = np.sqrt(squares / len(field_nT)) + np.finfo(float).tiny
+    return size, products[:, :-1, :-1] / np.outer(size, size), products[:, :-1, -1] / size
+
+
+def _predicted(squares: Array, slopes: Array) -> tuple[Array, Array]:
+    """Least squares from products of blocks, and the gain (FOLDS,) of the last TERMS columns in each block held out."""
+    base = slopes.shape[1] - TERMS
     square, slope = squares.sum(axis=0), slopes.sum(axis=0)
     rest, pull = square - squares, slope - slopes
     few = np.zeros_like(slopes)

@@ -25,7 +25,7 @@ def body_rate(recording: Recording) -> Array | None:
         return np.asarray(recording.gyro_rad_s)
     if recording.att_q is None or len(recording) < 2:
         return None
-    return _central_rate(np.ascontiguousarray(recording.att_q), np.diff(recording.time_s))
+    return np.asarray(_central_rate(np.ascontiguousarray(recording.att_q), np.diff(recording.time_s)))
 
 
 @njit(cache=True, error_model="numpy")
