@@ -11,14 +11,13 @@ from diagnosis.problem.linear import LinearProblem
 from diagnosis.result import Diagnosis, EvidenceKind
 from diagnosis.several.common_effects import CommonEffect, common_effect
 from diagnosis.several.pooled_test import columns_in
-from diagnosis.several.result import PooledDiagnosis
+from diagnosis.several.result import PooledDiagnosis, worst
 from diagnosis.several.scope import SENSORS
 from diagnosis.several.selection import pooled_candidate
-from diagnosis.several.sentence import array_advice, array_sentence
+from diagnosis.several.sentence import array_advice, headline_sentence
 from diagnosis.several.transfer import compare_sensors
 from diagnosis.several.verdict_rules import joint_gap
 from diagnosis.several.workflow import mean_shares
-from diagnosis.verdict import Verdict
 from diagnosis.workflow import Examination, diagnosis_of, examine
 from sim.scenario import Model
 
@@ -45,7 +44,7 @@ def diagnose_sensors(
     each = tuple(diagnosis_of(examination) for examination in examinations)
     say("comparison of the sensors")
     diagnosis = _diagnosis(tuple(names), each, _compared_effects(examinations, each))
-    return replace(diagnosis, sentence=array_sentence(diagnosis), advice=array_advice(diagnosis))
+    return replace(diagnosis, sentence=headline_sentence(diagnosis), advice=array_advice(diagnosis))
 
 
 def _diagnosis(
@@ -74,15 +73,6 @@ def _diagnosis(
         scope=SENSORS,
         first=first,
     )
-
-
-def worst(each: Sequence[Diagnosis]) -> int:
-    """Index of the sensor with the largest unexplained gap (else the largest gap), in units of its noise."""
-    unexplained = [i for i, diagnosis in enumerate(each) if not diagnosis.verdict.explained]
-    if unexplained:
-        return max(unexplained, key=lambda i: each[i].gap.after_sigma)
-    gaps = [i for i, diagnosis in enumerate(each) if diagnosis.verdict is not Verdict.NONE]
-    return max(gaps or range(len(each)), key=lambda i: each[i].gap.before_sigma)
 
 
 def _compared_effects(examinations: Sequence[Examination], each: Sequence[Diagnosis]) -> list[CommonEffect]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,7 +22,8 @@ class PooledDiagnosis:
     names, each: the recordings with their own diagnoses. common: effects supported by more than one recording. single:
     effects named by one. gaps, before_nT, after_nT: of each recording, with the coefficients predicted by the other
     recordings, or with its own where these differ. gap: of all recordings. scope: recordings, or the sensors of one
-    array; sensors keep the gaps of their own diagnoses. first: of an array, the sensor in the headline.
+    array; sensors keep the gaps of their own diagnoses. first: the sensor in the headline, or the recording where
+    nothing is common and a recording has a gap of its own.
     """
 
     names: tuple[str, ...]
@@ -57,7 +59,7 @@ class PooledDiagnosis:
             "verdict": self.verdict,
             "sentence": self.sentence,
             "mode": self.each[0].problem.compared,
-            "effects": [self._effect_json(effect) for effect in self.common],
+            "effects": [self._effect_json(effect) for effect in self.common] or self._own_effects_json(),
             "not_borne_out": [self._effect_json(effect) for effect in self.single],
             "where": [{"channel": c, "frame": f, "score": round(s, 4)} for c, f, s in self.where],
             "gap": _gap_json(self.gap),
@@ -66,6 +68,12 @@ class PooledDiagnosis:
             "advice": list(self.advice),
             self.scope.key: [self._recording_json(i) for i in range(len(self.names))],
         } | ({} if self.first is None else {"worst": self.names[self.first]})
+
+    def _own_effects_json(self) -> list[dict[str, Any]]:
+        """Effects of the headline's own diagnosis, where none is common."""
+        if self.first is None:
+            return []
+        return [own | {"only_in": self.names[self.first]} for own in self.each[self.first].as_dict()["effects"]]
 
     def _effect_json(self, effect: CommonEffect) -> dict[str, Any]:
         values = ({} if in_recording is None else parameters(in_recording) for in_recording in effect.each)
@@ -93,7 +101,7 @@ class PooledDiagnosis:
 
     def _transfer_json(self, effect: CommonEffect) -> dict[str, str]:
         """Sensors of one recording share its slow errors: they are no second recording."""
-        if self.first is None:
+        if self.scope is RECORDINGS:
             return {"evidence": effect.transfer}
         return {"evidence": Transfer.SINGLE_RUN, "among_sensors": self.scope.labels[effect.transfer]}
 
@@ -121,3 +129,12 @@ def _gap_json(gap: GapSize) -> dict[str, Any]:
         "after": {"rms_nT": gap.after_nT, "rms_sigma": gap.after_sigma},
         "explained": gap.explained,
     }
+
+
+def worst(each: Sequence[Diagnosis]) -> int:
+    """Index of the diagnosis with the largest unexplained gap (else the largest gap), in units of its noise."""
+    unexplained = [i for i, diagnosis in enumerate(each) if not diagnosis.verdict.explained]
+    if unexplained:
+        return max(unexplained, key=lambda i: each[i].gap.after_sigma)
+    gaps = [i for i, diagnosis in enumerate(each) if diagnosis.verdict is not Verdict.NONE]
+    return max(gaps or range(len(each)), key=lambda i: each[i].gap.before_sigma)

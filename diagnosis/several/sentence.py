@@ -23,7 +23,7 @@ def pooled_sentence(diagnosis: PooledDiagnosis) -> str:
         effect.named.kind is EvidenceKind.HELD_OUT for effect in diagnosis.common
     )
     channels = ", ".join(effect.channel for effect in diagnosis.where[:LISTED_CHANNELS])
-    return diagnosis.verdict.sentence(
+    sentence = diagnosis.verdict.sentence(
         causes="; ".join(
             f"{describe_effect(effect.named)}, {describe_transfer(effect)}" for effect in diagnosis.common
         ),
@@ -32,6 +32,15 @@ def pooled_sentence(diagnosis: PooledDiagnosis) -> str:
         nearest="",
         goes_with=f"; the gap follows {channels}" if channels else "",
     )
+    return " ".join([sentence, *_own_events(diagnosis)])
+
+
+def _own_events(diagnosis: PooledDiagnosis) -> Iterator[str]:
+    """Events of single recordings, which no other recording can show."""
+    for name, own in zip(diagnosis.names, diagnosis.each, strict=True):
+        events = [cause for cause in own.named if cause.kind is EvidenceKind.HELD_OUT and not cause.transferable]
+        if events:
+            yield f"{name} alone has {'; '.join(map(describe_effect, events))}."
 
 
 def _share(diagnosis: PooledDiagnosis) -> str:
@@ -97,15 +106,15 @@ def _most_different(diagnosis: PooledDiagnosis, effect: CommonEffect) -> str:
     return f": {name} has {figure(ratio)} times the size of the others (+-{figure(NORMAL_95 * std, 1)})"
 
 
-def array_sentence(diagnosis: PooledDiagnosis) -> str:
-    """Summarise the worst sensor, the verdicts of all sensors, and the transfer of the worst sensor's effects."""
+def headline_sentence(diagnosis: PooledDiagnosis) -> str:
+    """Summarise the worst sensor or recording, the verdicts of all, and the transfer of the worst one's effects."""
     assert diagnosis.first is not None
     count = Counter(str(item.verdict) for item in diagnosis.each)
     verdicts = ", ".join(f"{many} {word}" for word, many in count.items())
     transfers = "".join(f" {item.name} is {describe_transfer(item, diagnosis.scope)}." for item in diagnosis.common)
     if len(count) == 1 and diagnosis.verdict is Verdict.NONE:
         return f"{all_of(len(diagnosis.each), diagnosis.scope.key).capitalize()}: {diagnosis.each[0].sentence}"
-    worst = f"{diagnosis.names[diagnosis.first]}, of {len(diagnosis.each)} sensors ({verdicts})"
+    worst = f"{diagnosis.names[diagnosis.first]}, of {len(diagnosis.each)} {diagnosis.scope.key} ({verdicts})"
     return f"{worst}: {_headline_diagnosis(diagnosis).sentence}{transfers}"
 
 

@@ -14,10 +14,11 @@ from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.repair.new_model import patch_model
 from diagnosis.several.common_effects import CommonEffect, single_effect
-from diagnosis.several.result import PooledDiagnosis
+from diagnosis.several.result import PooledDiagnosis, worst
 from diagnosis.several.selection import PooledRecording, select_pooled
-from diagnosis.several.sentence import pooled_advice, pooled_sentence
+from diagnosis.several.sentence import headline_sentence, pooled_advice, pooled_sentence
 from diagnosis.several.verdict_rules import Pool, PooledVerdict
+from diagnosis.verdict import Verdict
 from diagnosis.workflow import Examination, diagnosis_of, examine
 from recordings import Recording
 from scenarios.errors import InputError
@@ -102,10 +103,12 @@ def _diagnosis(names: tuple[str, ...], model: Model, pool: Pool, alone: Sequence
     verdict = PooledVerdict.of(pool)
     each = tuple(diagnosis_of(recording.examination) for recording in pool.recordings)
     common, problems = verdict.common, pool.problems
+    own = verdict.verdict is Verdict.NONE and any(one.verdict is not Verdict.NONE for one in each)
+    first = worst(each) if own else None
     diagnosis = PooledDiagnosis(
         names=names,
         each=each,
-        verdict=verdict.verdict,
+        verdict=verdict.verdict if first is None else each[first].verdict,
         sentence="",
         common=common,
         single=tuple(alone),
@@ -117,8 +120,10 @@ def _diagnosis(names: tuple[str, ...], model: Model, pool: Pool, alone: Sequence
         model=patch_model(model, [effect.named for effect in common], problems[0]),
         before_nT=tuple(gap * problem.sigma_nT for gap, problem in zip(verdict.before, problems, strict=True)),
         after_nT=tuple(gap * problem.sigma_nT for gap, problem in zip(verdict.after, problems, strict=True)),
+        first=first,
     )
-    return replace(diagnosis, sentence=pooled_sentence(diagnosis), advice=pooled_advice(diagnosis))
+    sentence = pooled_sentence(diagnosis) if first is None else headline_sentence(diagnosis)
+    return replace(diagnosis, sentence=sentence, advice=pooled_advice(diagnosis))
 
 
 def mean_shares(shares_of_each: Sequence[Sequence[ChannelShare]], policy: Policy) -> tuple[ChannelShare, ...]:

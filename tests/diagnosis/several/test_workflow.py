@@ -74,6 +74,25 @@ def test_one_coefficient_in_all_is_transferred_and_pooled(iron: dict[str, Any]) 
     assert found.gap.explained == pytest.approx(1.0, abs=0.02)
 
 
+JUMP = {"offset_jump": {"time_s": 90.0, "step_nT": [12.0, -9.0, 6.0]}}
+
+
+def test_a_jump_in_one_of_three_is_no_agreement_with_the_model() -> None:
+    found = together({}, JUMP, {})
+    assert (found.verdict, found.common) == (Verdict.NAMED, ())
+    assert found.sentence.startswith("second, of 3 recordings (2 none, 1 named): ")
+    assert "offset_jump" in found.sentence
+    told = found.as_dict()
+    assert told["worst"] == "second"
+    assert [(one["name"], one["only_in"]) for one in told["effects"]] == [("offset_jump", "second")]
+
+
+def test_a_jump_in_one_is_told_beside_what_all_have() -> None:
+    found = together(motor(1.0), motor(1.0) | JUMP, motor(1.0))
+    assert [one.name for one in found.common] == ["motor_current"]
+    assert "second alone has offset_jump" in found.sentence
+
+
 def test_a_third_more_in_one_is_not_transferred_and_its_table_says_which() -> None:
     found = together(motor(1.0), motor(1.0), motor(1.3))
     (one,) = found.common
