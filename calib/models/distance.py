@@ -47,6 +47,12 @@ def _multiplier(y: Array, a: Array) -> float:
 
 
 @njit(cache=True)
+def _square(v: Array) -> float:
+    """|v|^2 of a vector (3,), without the array that v**2 is."""
+    return float(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
+
+
+@njit(cache=True)
 def distances(x: Array, centre: Array, semi: Array, axes: Array) -> tuple[Array, Array, Array, Array]:
     """Distance (n,) of points x (n, 3), positive outside; direction u and normal (n, 3) there; mean curvature (n,).
 
@@ -57,7 +63,7 @@ def distances(x: Array, centre: Array, semi: Array, axes: Array) -> tuple[Array,
     distance, curvature = np.empty(n), np.empty(n)
     direction, normal = np.empty((n, 3)), np.empty((n, 3))
     y, u, g = np.empty(3), np.empty(3), np.empty(3)
-    whole = (1.0 / semi**2).sum()
+    whole, least = (1.0 / semi**2).sum(), int(np.argmin(semi))
     for i in range(n):
         for k in range(3):
             y[k] = 0.0
@@ -66,14 +72,17 @@ def distances(x: Array, centre: Array, semi: Array, axes: Array) -> tuple[Array,
         t = _multiplier(y, semi)
         for k in range(3):
             u[k] = semi[k] * y[k] / max(semi[k] ** 2 + t, TINY)
-        least = int(np.argmin(semi))
         if t <= -(semi[least] ** 2):
-            u[least] = np.sqrt(max(1.0 - (u**2).sum(), 0.0))
-        u /= np.sqrt((u**2).sum())
-        g[:] = u / semi
-        size = np.sqrt((g**2).sum())
+            u[least] = np.sqrt(max(1.0 - _square(u), 0.0))
+        unit = np.sqrt(_square(u))
+        bent = 0.0
+        for k in range(3):
+            u[k] /= unit
+            g[k] = u[k] / semi[k]
+            bent += (g[k] / semi[k]) ** 2
+        size = np.sqrt(_square(g))
         distance[i] = t * size
-        curvature[i] = (size**2 * whole - ((g / semi) ** 2).sum()) / (2.0 * size**3)
+        curvature[i] = (size**2 * whole - bent) / (2.0 * size**3)
         for j in range(3):
             direction[i, j] = axes[j, 0] * u[0] + axes[j, 1] * u[1] + axes[j, 2] * u[2]
             normal[i, j] = (axes[j, 0] * g[0] + axes[j, 1] * g[1] + axes[j, 2] * g[2]) / size
