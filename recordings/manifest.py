@@ -12,6 +12,7 @@ from pydantic import ConfigDict, NonNegativeInt, PositiveInt, TypeAdapter
 from pydantic.dataclasses import dataclass
 
 from recordings.columns import Column
+from recordings.joined_runs import separate_run
 from recordings.layout import DATA, DatasetLayout
 from recordings.metadata import FORMAT, RunFile
 from recordings.readers import marked_file
@@ -104,6 +105,7 @@ def is_dataset(path: Path) -> bool:
 def file_of(path: Path, run: int) -> Path:
     """Return the file that a user names: `path` itself, or a run of the dataset in the directory `path`.
 
+    Of a file that runs share the run is taken out, see `separate_run`.
     Raises InputError for a run that the dataset lacks.
     """
     if not is_dataset(path):
@@ -116,7 +118,4 @@ def file_of(path: Path, run: int) -> Path:
     file = path / manifest.layout.file_of(run).path
     if not file.exists():
         raise InputError(f"run {run} is not there yet", where=str(path), do="repeat the `simulate` command: it resumes")
-    if manifest.runs_per_file > 1:
-        do = "read it with magbench.dataset, or simulate without --runs-per-file"
-        raise InputError(f"run {run} shares the file {file.name} with others", where=str(path), do=do)
-    return file
+    return separate_run(file, run) if manifest.runs_per_file > 1 else file

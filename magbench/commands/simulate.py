@@ -41,33 +41,31 @@ def command(
 
     Example: magbench simulate auv-spiral -o data --runs 20 --seed 7
     """
-    from magbench.api.inputs import tasks_on
+    from magbench.api.simulate import simulate
     from magbench.console import emit, progress, say, warn
     from recordings.url_path import place_at
-    from sim.dataset_writer import generate
     from sim.scenario import load
     from sim.tracking import warning
 
     spec = load(scenario, set_ or ())
     place = place_at(out or f"out/{spec.name}")
-    what = f"simulating {spec.name}" + (f", {runs} runs" if runs > 1 else "")
-    with progress(what) as report:
-        manifest = generate(
+    with progress(f"simulating {spec.name}" + (f", {runs} runs" if runs > 1 else "")) as report:
+        made = simulate(
             spec,
-            place,
-            runs=runs,
+            str(place),
             seed=seed,
-            jobs=jobs,
-            split=split,
+            runs=runs,
             runs_per_file=runs_per_file,
-            engine=tasks_on(scheduler),
+            split=split,
+            jobs=jobs,
+            scheduler=scheduler,
             progress=report,
             warn=warn,
         )
-    say(f"{place}: {_in_words(manifest)}")
-    warn(warning([file.tracking for file in manifest.files]))
+    say(f"{place}: {_in_words(made.manifest)}")
+    warn(warning([file.tracking for file in made.manifest.files]))
     if json:
-        emit({"out": str(place), **_for_scripts(manifest)})
+        emit({"out": str(place), **_for_scripts(made.manifest)})
 
 
 def _in_words(manifest: Manifest) -> str:
