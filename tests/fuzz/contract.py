@@ -85,7 +85,7 @@ def hold(place: Path, *arguments: str) -> int:
 
 
 def answered(ask: Callable[[], object]) -> bool:
-    """Whether a question to the library had an answer, without a warning; a refusal is one short line."""
+    """Whether a question to the library had an answer, without a warning; a refusal is short, and told in one line."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         for quiet in QUIET:
@@ -93,10 +93,9 @@ def answered(ask: Callable[[], object]) -> bool:
         try:
             ask()
         except InputError as error:
-            said = str(error)
+            said = str(error)  # the command line folds what a file says of itself into one line
         else:
             return True
-    assert "\n" not in said
     assert len(said) <= LONGEST_REFUSAL
     return False
 

@@ -1,0 +1,86 @@
+"""Damaged logs given to a diagnosis, to a plan that goes on from a log, and to exports of a calibration."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+from hypothesis import strategies as st
+
+from tests.fuzz.contract import amounts, fuzz, hold
+from tests.fuzz.material import SCENARIO
+from tests.fuzz.tables import Damage, damages
+
+DIAGNOSES, PLANS, EXPORTS = 2, 3, 6
+"""Cases of each in the normal run; a diagnosis of a log that is not refused takes seconds."""
+FIELD = ("--field-strength-nT", "44721")
+FORMS = ("c", "px4", "ardupilot", "ros")
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A directory with the scenario, and a run of some forty seconds, long enough for a diagnosis."""
+    place = tmp_path_factory.mktemp("run")
+    (place / "tiny.toml").write_text(SCENARIO.replace("duration_s = 12.0", "duration_s = 40.0"))
+    assert hold(place / "none", "simulate", str(place / "tiny.toml"), "-o", str(place / "run"), "--jobs", "1") == 0
+    return place
+
+
+@pytest.fixture(scope="module")
+def run(place: Path) -> pa.Table:
+    """The run's rows, with its metadata."""
+    return pq.read_table(place / "run" / "run-00000.parquet", partitioning=None)
+
+
+def damaged_log(place: Path, table: pa.Table, case: tuple[Damage, ...]) -> str:
+    """Write the damaged table; return its path."""
+    metadata = table.schema.metadata
+    for one in case:
+        table = one.to(table)
+    pq.write_table(table.replace_schema_metadata(metadata), place / "log.parquet")
+    return str(place / "log.parquet")
+
+
+def asked(place: Path, *words: str) -> int:
+    """Ask a command that writes to `out`; a refusal leaves nothing there."""
+    out = place / "out"
+    shutil.rmtree(out, ignore_errors=True)
+    status = hold(out, *words, "-o", str(out), "--json")
+    if status == 2:
+        assert not out.exists() or not any(path.is_file() for path in out.rglob("*"))
+    return status
+
+
+@amounts
+def test_logs_to_diagnose(place: Path, run: pa.Table, times: int) -> None:
+    model = str(place / "tiny.toml")
+
+    def check(case: tuple[Damage, ...]) -> None:
+        asked(place, "diagnose", damaged_log(place, run, case), "--model", model)
+
+    fuzz(damages(run.column_names), check, DIAGNOSES, times)
+
+
+@amounts
+def test_logs_to_go_on_from(place: Path, run: pa.Table, times: int) -> None:
+    def check(case: tuple[Damage, ...]) -> None:
+        log = damaged_log(place, run, case)
+        asked(place, "plan", "turntable", "--time", "60", "--trials", "0", "--after", log)
+
+    fuzz(damages(run.column_names), check, PLANS, times)
+
+
+@amounts
+def test_exports(place: Path, run: pa.Table, times: int) -> None:
+    """Parameters for an autopilot are written for a calibration that is ok, or not at all."""
+
+    def check(case: tuple[tuple[Damage, ...], str]) -> None:
+        log = damaged_log(place, run, case[0])
+        asked(place, "calibrate", log, "--with", "ellipsoid", "--export", case[1], *FIELD)
+        for path in (one for one in (place / "out").rglob("*") if one.suffix in (".h", ".params", ".param", ".yaml")):
+            assert not {"nan", "inf"} & set(path.read_text().lower().replace(",", " ").split()), path
+
+    fuzz(st.tuples(damages(run.column_names), st.sampled_from(FORMS)), check, EXPORTS, times)
