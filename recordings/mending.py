@@ -44,7 +44,9 @@ def mended(raw: RawColumns) -> RawColumns:
     if not raw.origin.timed:
         return raw
     finite = np.isfinite(raw.named["time_s"])
-    if finite.any() and not finite.all():
+    if not finite.any():
+        return raw
+    if not finite.all():
         count = int(np.count_nonzero(~finite))
         raw = _told(_taken(raw, np.flatnonzero(finite)), f"{count} of {len(finite)} rows have no time and were skipped")
     if len(raw.named["time_s"]) < LEAST_ROWS or (np.diff(raw.named["time_s"]) > 0).all():

@@ -5,10 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
 from recordings import read_recording
 from recordings.readers import FileFormat
 from scenarios.errors import InputError
 from tests.fuzz.contract import amounts, answered
+from tests.fuzz.material import log_table
 from tests.recordings.readers.test_contract import example, formats
 
 HEADER, END = 1024, 64
@@ -56,3 +61,11 @@ def test_a_ulog_whose_fields_have_other_names(tmp_path: Path) -> None:
             except InputError as error:
                 refused += "field" in str(error)
     assert refused > 0
+
+
+def test_times_that_are_all_infinite(tmp_path: Path) -> None:
+    """A file whose every time is infinite is refused without a warning."""
+    table = log_table()
+    infinite = table.set_column(table.column_names.index("time_s"), "time_s", pa.array(np.full(len(table), np.inf)))
+    pq.write_table(infinite, tmp_path / "log.parquet")
+    assert not answered(lambda: read_recording(tmp_path / "log.parquet"))
