@@ -10,12 +10,13 @@ import pyarrow.parquet as pq
 import pytest
 from hypothesis import strategies as st
 
-from tests.fuzz.contract import amounts, fuzz, hold
+from tests.fuzz.contract import NIGHTLY, fuzz, hold
 from tests.fuzz.material import SCENARIO
 from tests.fuzz.tables import Damage, damages
 
 DIAGNOSES, PLANS, EXPORTS = 2, 3, 6
-"""Cases of each in the normal run; a diagnosis of a log that is not refused takes seconds."""
+"""A ninth of the nightly cases; a diagnosis of a log that is not refused takes seconds, too long for every run."""
+pytestmark = pytest.mark.slow
 FIELD = ("--field-strength-nT", "44721")
 FORMS = ("c", "px4", "ardupilot", "ros")
 
@@ -54,27 +55,24 @@ def asked(place: Path, *words: str) -> int:
     return status
 
 
-@amounts
-def test_logs_to_diagnose(place: Path, run: pa.Table, times: int) -> None:
+def test_logs_to_diagnose(place: Path, run: pa.Table) -> None:
     model = str(place / "tiny.toml")
 
     def check(case: tuple[Damage, ...]) -> None:
         asked(place, "diagnose", damaged_log(place, run, case), "--model", model)
 
-    fuzz(damages(run.column_names), check, DIAGNOSES, times)
+    fuzz(damages(run.column_names), check, DIAGNOSES, NIGHTLY)
 
 
-@amounts
-def test_logs_to_go_on_from(place: Path, run: pa.Table, times: int) -> None:
+def test_logs_to_go_on_from(place: Path, run: pa.Table) -> None:
     def check(case: tuple[Damage, ...]) -> None:
         log = damaged_log(place, run, case)
         asked(place, "plan", "turntable", "--time", "60", "--trials", "0", "--after", log)
 
-    fuzz(damages(run.column_names), check, PLANS, times)
+    fuzz(damages(run.column_names), check, PLANS, NIGHTLY)
 
 
-@amounts
-def test_exports(place: Path, run: pa.Table, times: int) -> None:
+def test_exports(place: Path, run: pa.Table) -> None:
     """Parameters for an autopilot are written for a calibration that is ok, or not at all."""
 
     def check(case: tuple[tuple[Damage, ...], str]) -> None:
@@ -83,4 +81,4 @@ def test_exports(place: Path, run: pa.Table, times: int) -> None:
         for path in (one for one in (place / "out").rglob("*") if one.suffix in (".h", ".params", ".param", ".yaml")):
             assert not {"nan", "inf"} & set(path.read_text().lower().replace(",", " ").split()), path
 
-    fuzz(st.tuples(damages(run.column_names), st.sampled_from(FORMS)), check, EXPORTS, times)
+    fuzz(st.tuples(damages(run.column_names), st.sampled_from(FORMS)), check, EXPORTS, NIGHTLY)
