@@ -10,6 +10,7 @@ from calib import Reference
 from calib.methods.de_turntable import DeTurntable
 from calib.models.turntable import NAMES, axes_matrix, derivatives
 from papers.attitudes import state_at_attitudes
+from papers.zhou2012.separate import corrections
 from recordings import Recording
 from scenarios.arrays import Array
 from scenarios.seeds import stream
@@ -28,11 +29,15 @@ NOISE_NT = 1.0
 OFFSET_NT = 10.0
 STABLE_AT = 100
 SEED = 2012
+JOINT = "jointly"
 
 
 @dataclass(frozen=True)
 class ZhouTrial:
-    """Results of a seed: five estimates (5,), rms of the objective by iteration (nT), z before and after (12,), nT."""
+    """Results of a seed: five estimates (5,), rms of the objective by iteration (nT), z before and after (12,), nT.
+
+    error_nT: rms length of the field's error over the stops, by the way of correction.
+    """
 
     found: Array
     claimed: Array
@@ -41,6 +46,7 @@ class ZhouTrial:
     flat_nT: Array
     weakest: dict[str, float]
     status: str
+    error_nT: dict[str, float]
 
 
 @dataclass(frozen=True)
@@ -84,6 +90,10 @@ def search_trial(task: ZhouTask) -> ZhouTrial:
         fit.apply(measured)[:, 2],
         {k: fit.parameters[k] for k in ("condition_number", "weakest_std")},
         fit.status.kind,
+        {
+            name: float(np.sqrt(np.mean(np.sum((field - state.field_nT) ** 2, axis=1))))
+            for name, field in (corrections(measured.mag_nT) | {JOINT: fit.apply(measured)}).items()
+        },
     )
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from papers.zhou2012.paper import Zhou2012
+from papers.zhou2012.separate import corrections
 from papers.zhou2012.trials import NOISE_NT, PRINTED, STOPS, bound, recording, stops
 
 
@@ -41,11 +42,27 @@ def test_every_claim_holds_and_jobs_do_not_matter():
     found = Zhou2012(seeds=6).run(progress=lambda done, total: told.append((done, total)))
     verdicts = {row.what: row.verdict for row in found.rows}
     assert "does not hold" not in verdicts.values()
-    assert sum(verdict == "holds" for verdict in verdicts.values()) == 7
+    assert sum(verdict == "holds" for verdict in verdicts.values()) == 8
     assert told[-1] == (12, 12)
     assert all(row.note for row in found.rows)
     table = {"0.013572", "0.000115", "-0.006312", "-0.021201", "-0.003657"}  # the paper's a1, b1, b2, c1, c2
     assert table <= {row.paper for row in found.rows}
+
+
+def test_separate_corrections_leave_the_other_error():
+    state = stops()
+    a1, b1, b2, c1, c2 = PRINTED
+    x, y, z = (np.sqrt(1 - a1**2), 0, a1), (b1, np.sqrt(1 - b1**2 - b2**2), b2), (c1, c2, np.sqrt(1 - c1**2 - c2**2))
+    left = {n: h - state.field_nT for n, h in corrections(state.field_nT @ np.array((x, y, z)).T).items()}
+    assert np.abs(left["one after the other"]).max() < 1e-3
+    level, up = np.hypot(*state.field_enu_nT[:2]), state.field_enu_nT[2]
+    # without levelness z still holds the level field's share: rms of H (c1 cos p + c2 sin p)
+    rms_z = level * np.hypot(c1, c2) / np.sqrt(2)
+    assert left["non-orthogonality alone"][:, 2].std() == pytest.approx(rms_z, rel=0.02)
+    # without orthogonality x and y still hold the vertical field's share: (a1 + c1) V and (b2 + c2) V
+    mean = left["non-levelness alone"].mean(axis=0)
+    assert tuple(mean[:2]) == pytest.approx(((a1 + c1) * up, (b2 + c2) * up), rel=0.03)
+    assert np.abs(left["both, separately"]).max() < 2 * np.hypot(level, up) * max(map(abs, PRINTED)) ** 2
 
 
 @pytest.mark.slow
