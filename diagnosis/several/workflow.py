@@ -13,6 +13,7 @@ from diagnosis.evidence.localise import ChannelShare
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.repair.new_model import patch_model
+from diagnosis.result import Diagnosis
 from diagnosis.several.common_effects import CommonEffect, single_effect
 from diagnosis.several.result import PooledDiagnosis, worst
 from diagnosis.several.selection import PooledRecording, select_pooled
@@ -102,9 +103,7 @@ def _diagnosis(names: tuple[str, ...], model: Model, pool: Pool, alone: Sequence
     """The diagnosis of the pool, with sentences and the new model."""
     verdict = PooledVerdict.of(pool)
     each = tuple(diagnosis_of(recording.examination) for recording in pool.recordings)
-    common, problems = verdict.common, pool.problems
-    own = verdict.verdict is Verdict.NONE and any(one.verdict is not Verdict.NONE for one in each)
-    first = worst(each) if own else None
+    common, problems, first = verdict.common, pool.problems, _with_a_gap_of_its_own(verdict.verdict, each)
     diagnosis = PooledDiagnosis(
         names=names,
         each=each,
@@ -122,8 +121,14 @@ def _diagnosis(names: tuple[str, ...], model: Model, pool: Pool, alone: Sequence
         after_nT=tuple(gap * problem.sigma_nT for gap, problem in zip(verdict.after, problems, strict=True)),
         first=first,
     )
-    sentence = pooled_sentence(diagnosis) if first is None else headline_sentence(diagnosis)
+    sentence = (pooled_sentence if first is None else headline_sentence)(diagnosis)
     return replace(diagnosis, sentence=sentence, advice=pooled_advice(diagnosis))
+
+
+def _with_a_gap_of_its_own(verdict: Verdict, each: Sequence[Diagnosis]) -> int | None:
+    """Index of the worst recording where all together agree with the model and one by itself does not; else None."""
+    own = verdict is Verdict.NONE and any(one.verdict is not Verdict.NONE for one in each)
+    return worst(each) if own else None
 
 
 def mean_shares(shares_of_each: Sequence[Sequence[ChannelShare]], policy: Policy) -> tuple[ChannelShare, ...]:
