@@ -47,7 +47,7 @@ def corrections(mag_nT: Array) -> dict[str, Array]:
 def turned(A: Array) -> Array:
     """Return the axes A (3, 3) turned about the vertical until x has no part along level y."""
     cosine, sine = A[0, :2] / np.hypot(*A[0, :2])
-    return A @ np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+    return np.asarray(A @ np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]]))
 
 
 def _length(h: Array) -> Array:
@@ -65,4 +65,4 @@ def _found(axes: Axes, size: int, mag_nT: Array, constant: Callable[[Array], Arr
         values = constant(mag_nT @ np.linalg.inv(axes(theta)).T)
         return values - values.mean()
 
-    return axes(least_squares(deviation, np.zeros(size), xtol=1e-14, ftol=1e-14, gtol=1e-14).x)
+    return np.asarray(axes(least_squares(deviation, np.zeros(size), xtol=1e-14, ftol=1e-14, gtol=1e-14).x))
