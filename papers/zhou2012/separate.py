@@ -63,6 +63,6 @@ def _found(axes: Axes, size: int, mag_nT: Array, constant: Callable[[Array], Arr
 
     def deviation(theta: Array) -> Array:
         values = constant(mag_nT @ np.linalg.inv(axes(theta)).T)
-        return values - values.mean()
+        return np.asarray(values - values.mean())
 
     return np.asarray(axes(least_squares(deviation, np.zeros(size), xtol=1e-14, ftol=1e-14, gtol=1e-14).x))
