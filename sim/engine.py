@@ -45,11 +45,7 @@ def _named(cls: type[tuple[object, ...]], *members: types.Type) -> types.BaseTup
 
 POINTER = types.intp
 _step = _c("mj_step", POINTER, POINTER)
-_kinematics = _c("mj_kinematics", POINTER, POINTER)
-_centres = _c("mj_comPos", POINTER, POINTER)
-_inertia = _c("mj_makeM", POINTER, POINTER)
-_factors = _c("mj_factorM", POINTER, POINTER)
-_transmission = _c("mj_transmission", POINTER, POINTER)
+_position = _c("mj_fwdPosition", POINTER, POINTER)
 _velocity = _c("mj_fwdVelocity", POINTER, POINTER)
 _actuation = _c("mj_fwdActuation", POINTER, POINTER)
 _acceleration = _c("mj_fwdAcceleration", POINTER, POINTER)
@@ -191,15 +187,8 @@ def _add_mass(plant):  # type: ignore[no-untyped-def]
 
 @njit(types.void(PLANT), cache=True, nogil=True)
 def _forward(plant):  # type: ignore[no-untyped-def]
-    """mj_forward with the added mass, of a body that nothing constrains: qacc from qpos, qvel and ctrl.
-
-    Of mj_fwdPosition the parts that such a body needs: without cameras, tendons, contacts and constraints.
-    """
-    _kinematics(plant.model, plant.data)
-    _centres(plant.model, plant.data)
-    _inertia(plant.model, plant.data)
-    _factors(plant.model, plant.data)
-    _transmission(plant.model, plant.data)
+    """mj_forward with the added mass: qacc from qpos, qvel and ctrl."""
+    _position(plant.model, plant.data)
     _velocity(plant.model, plant.data)
     _actuation(plant.model, plant.data)
     _add_mass(plant)
@@ -282,12 +271,7 @@ def advance(control, plant, course, log):  # type: ignore[no-untyped-def]
 
 
 def plant_of(model: mujoco.MjModel, data: mujoco.MjData, body: str, added: Array) -> Plant:
-    """The plant of a model; `body` names the body with the free joint (any body of a model on hinges).
-
-    Raises ValueError for an added mass on a model with contacts, tendons or constraints, which `_forward` leaves out.
-    """
-    if added.size and not is_unconstrained(model):
-        raise ValueError("added mass needs a body without contacts, tendons, limits, friction and equality constraints")
+    """The plant of a model; `body` names the body with the free joint (any body of a model on hinges)."""
     views = Views(
         *(data.qpos, data.qvel, data.qacc, data.ctrl, data.xmat[model.body(body).id]),
         *(data.qfrc_passive, data.qfrc_bias, data.qfrc_actuator, data.qfrc_applied, model.opt.wind),
@@ -296,13 +280,6 @@ def plant_of(model: mujoco.MjModel, data: mujoco.MjData, body: str, added: Array
     added = np.ascontiguousarray(added)
     share = inverse(mass_matrix(model) + added) if added.size else added
     return Plant(model._address, data._address, model.opt.timestep, views, scratch, added, share)
-
-
-def is_unconstrained(model: mujoco.MjModel) -> bool:
-    """Whether a model has no contact, tendon, limit, dry friction or equality constraint."""
-    no_contact = bool(model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_CONTACT)
-    free = not (model.jnt_limited.any() or model.dof_frictionloss.any())
-    return no_contact and free and model.neq == model.ntendon == model.nflex == 0
 
 
 def log_of(model: mujoco.MjModel, rows: int) -> StateLog:

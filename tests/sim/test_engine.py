@@ -80,12 +80,6 @@ class TestAddedMass:
         assert added[1, 5] == pytest.approx(-0.85 * fin, rel=1e-2)
         assert added[2, 4] == pytest.approx(0.85 * fin, rel=1e-2)
 
-    def test_a_model_with_contacts_is_refused_since_they_would_not_act(self) -> None:
-        model = AUV.model()
-        model.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
-        with pytest.raises(ValueError, match="without contacts"):
-            plant_of(model, mujoco.MjData(model), AUV.body, AUV.added_mass(AUV.model()))
-
     def test_body_mass_matrix_is_the_rigid_bodys_own(self) -> None:
         model = AUV.model()
         np.testing.assert_allclose(mass_matrix(model), Fossen(model).rigid, atol=1e-6)
