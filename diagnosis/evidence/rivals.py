@@ -34,7 +34,7 @@ class Rival(NamedTuple):
     """An explanation without a name: its words in a refusal, and its columns (N, q, k).
 
     equal : it explains the same data by a simpler cause, and wins a tie; other rivals must lead by more than the form
-    error of an effect. one_cause : it counts only where its axes go their own ways, as noise does.
+    error of an effect. own_ways : it counts only where its axes go their own ways, as noise does.
     """
 
     words: str

@@ -8,6 +8,7 @@ import json
 import math
 import os
 import random
+import shutil
 import warnings
 from collections.abc import Callable
 from pathlib import Path
@@ -144,3 +145,13 @@ def _check_finite(path: Path, table: pa.Table) -> None:
 
 def _not_finite(word: str) -> NoReturn:
     raise AssertionError(f"{word} was written as JSON: {math.nan}")
+
+
+def asked(place: Path, *words: str) -> int:
+    """Ask a command that writes to `out`; a refusal leaves nothing there."""
+    out = place / "out"
+    shutil.rmtree(out, ignore_errors=True)
+    status = hold(out, *words, "-o", str(out), "--json")
+    if status == 2:
+        assert not out.exists() or not any(path.is_file() for path in out.rglob("*"))
+    return status

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 
 import pyarrow as pa
@@ -10,7 +9,7 @@ import pyarrow.parquet as pq
 import pytest
 from hypothesis import strategies as st
 
-from tests.fuzz.contract import NIGHTLY, fuzz, hold
+from tests.fuzz.contract import NIGHTLY, asked, fuzz, hold
 from tests.fuzz.material import SCENARIO
 from tests.fuzz.tables import Damage, damages
 
@@ -43,16 +42,6 @@ def damaged_log(place: Path, table: pa.Table, case: tuple[Damage, ...]) -> str:
         table = one.to(table)
     pq.write_table(table.replace_schema_metadata(metadata), place / "log.parquet")
     return str(place / "log.parquet")
-
-
-def asked(place: Path, *words: str) -> int:
-    """Ask a command that writes to `out`; a refusal leaves nothing there."""
-    out = place / "out"
-    shutil.rmtree(out, ignore_errors=True)
-    status = hold(out, *words, "-o", str(out), "--json")
-    if status == 2:
-        assert not out.exists() or not any(path.is_file() for path in out.rglob("*"))
-    return status
 
 
 def test_logs_to_diagnose(place: Path, run: pa.Table) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 
 import pytest
@@ -10,7 +9,7 @@ from hypothesis import strategies as st
 
 from recordings import write_recording
 from recordings.assemble import recording_of
-from tests.fuzz.contract import amounts, fuzz, hold
+from tests.fuzz.contract import amounts, asked, fuzz
 from tests.fuzz.material import SCENARIO, measured
 from tests.fuzz.test_scenarios import VALUES
 
@@ -25,16 +24,6 @@ def place(tmp_path: Path) -> Path:
     short = {name: column[:12] for name, column in measured().items()}
     write_recording(recording_of(short), tmp_path / "log.parquet")
     return tmp_path
-
-
-def asked(place: Path, *words: str) -> int:
-    """Ask a command that writes to `out`; a refusal leaves nothing there."""
-    out = place / "out"
-    shutil.rmtree(out, ignore_errors=True)
-    status = hold(out, *words, "-o", str(out), "--json")
-    if status == 2:
-        assert not out.exists() or not any(path.is_file() for path in out.rglob("*"))
-    return status
 
 
 @amounts
