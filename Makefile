@@ -4,10 +4,11 @@ VENV   := .venv
 BIN    := $(VENV)/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
 READY  := $(VENV)/.ready
 TOOLS  := $(VENV)/.tools
+BOOK   := $(VENV)/.book
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 JOBS   ?= 2
 
-.PHONY: help demo test nightly installed gates lint format bench diagnosis-bench mutants docs constraints clean
+.PHONY: help demo test nightly installed gates lint format bench diagnosis-bench mutants docs pictures constraints clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/'
@@ -21,6 +22,10 @@ $(READY): pyproject.toml constraints.txt setup.py nesting.py pytest_magbench.py
 
 $(TOOLS): $(READY)
 	$(INSTALL) -e '.[test,lint,cluster]'
+	@touch $@
+
+$(BOOK): $(TOOLS)
+	$(INSTALL) -e '.[docs]'
 	@touch $@
 
 demo: $(READY)  ## run the main job: an AUV in circles, from simulation to report
@@ -57,7 +62,11 @@ diagnosis-bench: $(TOOLS)  ## the diagnosis against hidden effects (hours; resum
 mutants: $(TOOLS)  ## does the test run notice a mistake? random ones (hours; resumes)
 	$(BIN)/python -m benchmarks.mutants -o out/mutants.jsonl
 
-docs: $(TOOLS)  ## make the pictures of README and docs anew
+docs: $(BOOK)  ## build the site of docs in out/site, without network; a warning fails
+	PYTHONPATH=. $(BIN)/python docs/book.py
+	@echo "open out/site/index.html"
+
+pictures: $(TOOLS)  ## make the pictures and tables of README and docs anew
 	PYTHONPATH=. $(BIN)/python docs/pictures.py
 
 constraints: $(TOOLS)  ## pin what is installed now

@@ -1,6 +1,6 @@
 """The table of `peers.md`: the page's own command run, and its comparison read.
 
-The packages need an environment of their own. `make docs` runs the command with the Python that MAGBENCH_PEERS names,
+The packages need an environment of their own. `make pictures` runs the command with the Python of MAGBENCH_PEERS,
 and leaves the table as it is without.
 """
 

@@ -1,4 +1,4 @@
-"""Makes the pictures of README and docs, and the tables that come from the code, from the program itself: `make docs`.
+"""Makes the pictures of README and docs, and the tables that come from the code, from the program: `make pictures`.
 
 Report figures are drawn by the report's own functions; the viewer's pictures are screenshots of rerun on a recording.
 Where the viewer cannot start, one line says so and its pictures stay as they are.

@@ -1,4 +1,4 @@
-"""The table of [Zhang2018]'s ellipsoid in the page of papers: `make docs` makes it, the test run a few of its seeds."""
+"""The table of [Zhang2018]'s ellipsoid in the page of papers; the test run makes a few of its seeds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the pictures show, as numbers: made with them by `make docs`, made again by the test run, and compared.
+"""What the pictures show, as numbers: made with them by `make pictures`, made again by the test run, and compared.
 
 A picture's bytes tell nothing, since the same numbers are drawn in other bytes on another machine. Kept in
 `generated.json` is, for each figure of a report, how many values each of its parts holds, their mean and their rms,
@@ -6,7 +6,7 @@ drawn from its scenario cut short, which takes a second where the whole takes mi
 something else shows there too. The verdicts' figures are kept whole, and checked whole by the slow tests.
 
 An effect, a calibrator or a vehicle that was added since changes none of this, but for the verdicts: the diagnosis
-chooses among more. Those wait for `make docs`.
+chooses among more. Those wait for `make pictures`.
 """
 
 from __future__ import annotations
@@ -92,7 +92,7 @@ def names() -> dict[str, list[str]]:
 
 
 def kept() -> dict[str, Any]:
-    """What `make docs` wrote."""
+    """What `make pictures` wrote."""
     found: dict[str, Any] = json.loads(FILE.read_text(encoding="utf-8"))
     return found
 

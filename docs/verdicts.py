@@ -1,6 +1,6 @@
 """The diagnoses of `verdicts.md`: its own commands run, their outcome as text and as pictures.
 
-`make docs` writes both anew; `tests/test_verdicts.py` checks that every section earns the verdict in its heading.
+`make pictures` writes both anew; `tests/test_verdicts.py` checks that every section earns the verdict in its heading.
 """
 
 from __future__ import annotations

@@ -178,11 +178,6 @@ def test_every_picture_is_shown_and_small() -> None:
         assert picture.stat().st_size <= 200_000
 
 
-def test_every_page_is_linked_from_the_readme() -> None:
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
-    assert not [page.name for page in PAGES[1:] if f"(docs/{page.name})" not in text]
-
-
 def test_make_targets_exist() -> None:
     targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE))
     for page in [*PAGES, *OTHERS]:
@@ -203,9 +198,9 @@ def test_scenarios_effects_and_files_named_exist() -> None:
 
 @pytest.mark.parametrize("page", PAGES[1:], ids=lambda page: page.name)
 def test_tables_are_what_the_code_says(page: Path) -> None:
-    """Not the other way round: what was added to the code waits for `make docs`."""
+    """Not the other way round: what was added to the code waits for `make pictures`."""
     text = page.read_text(encoding="utf-8")
-    assert not tables.stale(text, tables.fill(text, measured=False)), "run `make docs`"
+    assert not tables.stale(text, tables.fill(text, measured=False)), "run `make pictures`"
 
 
 def test_every_method_of_the_peers_is_in_their_command_and_in_the_table() -> None:
@@ -230,10 +225,10 @@ def test_a_table_of_the_peers_is_made_where_their_python_is_named(monkeypatch: p
 
 
 def test_the_vehicles_track_as_the_page_says() -> None:
-    """The scenarios that take least; `make docs` drives all."""
+    """The scenarios that take least; `make pictures` drives all."""
     text = (ROOT / "docs" / "vehicles.md").read_text(encoding="utf-8")
     rows = tables.tracking(("quad-calibration", "turntable-twelve-stops", "auv-comb")).splitlines()
-    assert not [row for row in rows if row not in text], "run `make docs`"
+    assert not [row for row in rows if row not in text], "run `make pictures`"
 
 
 def test_a_row_that_changed_is_stale_and_one_that_was_added_is_not() -> None:
@@ -265,12 +260,12 @@ def test_the_pictures_show_what_the_program_draws_today() -> None:
     now, made = shown.reports(), shown.kept()
     old = {name: shown.changed(parts, now.get(name, {})) for name, parts in made["reports"].items()}
     old |= {file: shown.changed(view["shows"], now[view["scenario"]]) for file, view in made["views"].items()}
-    assert not {name: parts for name, parts in old.items() if parts}, "run `make docs`"
+    assert not {name: parts for name, parts in old.items() if parts}, "run `make pictures`"
 
 
 def test_the_papers_page_shows_what_the_program_fits_today() -> None:
     now = reproduced.rms_nT(reproduced.FEW)
-    assert not shown.changed(shown.kept()["reproduced"], now), "run `make docs`"
+    assert not shown.changed(shown.kept()["reproduced"], now), "run `make pictures`"
 
 
 def test_what_changes_is_told_from_what_is_added() -> None:

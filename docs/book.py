@@ -1,0 +1,62 @@
+"""Builds the site in out/site from a copy of docs: `make docs`, without network; the checkout stays as it is."""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import reference_pages
+
+DOCS = Path(__file__).parent
+ROOT = DOCS.parent
+PROJECT = ("ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md", "REFERENCES.md")
+"""Pages of the repository's top that the site holds too, below `project/`."""
+ABOVE, BELOW = re.compile(r"\]\(\.\./(?=\w+\.md)"), re.compile(r"\]\(docs/")
+"""Links that lead from docs to the top, and back."""
+
+
+def main(out: Path = ROOT / "out") -> int:
+    """Copy, write the generated pages, and build; a warning fails. The status of Sphinx."""
+    from sphinx.cmd.build import main as sphinx
+
+    copy(out / "book")
+    options = ("-q", "-W", "--keep-going", "-b", "html", "-d", out / "doctrees", out / "book", out / "site")
+    return sphinx([str(option) for option in options])
+
+
+def copy(source: Path) -> None:
+    """The site's source in a directory; a file that is as it was keeps its time, a page that is gone is removed."""
+    files = {name: path.read_bytes() for name, path in _files()} | {name: text.encode() for name, text in _texts()}
+    for name, content in files.items():
+        _put(source / name, content)
+    for path in source.rglob("*.md"):
+        if path.relative_to(source).as_posix() not in files:
+            path.unlink()
+
+
+def _files() -> Iterator[tuple[str, Path]]:
+    """Every file of docs by its name there."""
+    paths = (path for path in DOCS.rglob("*") if path.is_file() and "__pycache__" not in path.parts)
+    return ((path.relative_to(DOCS).as_posix(), path) for path in paths)
+
+
+def _texts() -> Iterator[tuple[str, str]]:
+    """Names and texts of pages whose links change, and of generated ones."""
+    for path in DOCS.glob("*.md"):
+        yield path.name, ABOVE.sub("](project/", path.read_text(encoding="utf-8"))
+    for name in PROJECT:
+        yield f"project/{name}", BELOW.sub("](../", (ROOT / name).read_text(encoding="utf-8"))
+    yield from reference_pages.pages()
+
+
+def _put(path: Path, content: bytes) -> None:
+    """Write a file whose content is new."""
+    if not path.is_file() or path.read_bytes() != content:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,52 @@
+"""Sphinx's settings of the site; `docs/book.py` builds it: `make docs`."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+import docstrings
+
+import magbench
+
+if TYPE_CHECKING:
+    from sphinx.application import Sphinx
+
+project = "magbench"
+author = "the magbench authors"
+copyright = "the magbench authors, Apache-2.0"
+version = release = magbench.__version__
+extensions = ["sphinx.ext.autodoc", "myst_parser", "sphinx_design", "sphinx_copybutton"]
+root_doc = "index"
+exclude_patterns = ["**/*.py"]
+myst_enable_extensions = ["colon_fence"]
+myst_heading_anchors = 4
+default_role = "code"
+highlight_language = "none"
+autodoc_typehints = "none"  # stated beside each argument
+maximum_signature_line_length = 88
+autodoc_member_order = "bysource"
+autodoc_class_signature = "separated"
+copybutton_prompt_text = r"\$ |>>> |\.\.\. "
+copybutton_prompt_is_regexp = True
+html_theme = "pydata_sphinx_theme"
+html_title = f"magbench {release}"
+html_show_sourcelink = False
+html_copy_source = False
+html_theme_options: dict[str, Any] = {
+    "navbar_start": ["navbar-logo"],
+    "navbar_end": ["theme-switcher"],
+    "footer_start": ["copyright"],
+    "footer_end": [],
+    "show_prev_next": True,
+    "header_links_before_dropdown": 8,
+    "navigation_with_keys": False,
+}
+
+
+def setup(app: Sphinx) -> None:
+    """Read docstrings as the project writes them."""
+    app.connect("autodoc-process-docstring", docstrings.process)

@@ -1,0 +1,85 @@
+"""The site: every page is reached from its first, docstrings and help become pages, and the whole builds silently."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import book
+import docstrings
+import pytest
+import reference_pages
+
+import magbench
+from tests.conftest import ROOT
+
+TREE = re.compile(r"^:::\{toctree\}\n(.*?)^:::$", re.MULTILINE | re.DOTALL)
+MOST_CLICKS = 3
+
+
+@pytest.fixture(scope="module")
+def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The copy that Sphinx reads."""
+    folder = tmp_path_factory.mktemp("book")
+    book.copy(folder)
+    return folder
+
+
+def below(page: Path) -> set[Path]:
+    """The pages of a page's tables of contents."""
+    entries = (line for tree in TREE.findall(page.read_text(encoding="utf-8")) for line in tree.splitlines())
+    return {page.parent / f"{entry}.md" for entry in entries if entry and not entry.startswith(":")}
+
+
+def test_every_page_is_reached_in_three_clicks(source: Path) -> None:
+    reached = {source / "index.md"}
+    for _ in range(MOST_CLICKS):
+        reached |= {page.resolve() for known in reached for page in below(known)}
+    assert not [page for page in reached if not page.is_file()]
+    assert not {page.relative_to(source) for page in source.rglob("*.md")} - {p.relative_to(source) for p in reached}
+
+
+def test_every_public_name_and_command_has_a_page(source: Path) -> None:
+    assert {path.stem for path in (source / "api").iterdir()} == {*magbench.__all__, "index"}
+    text = (source / "commands" / "calibrate.md").read_text(encoding="utf-8")
+    assert "| `--with` | NAME,... |" in text
+    assert "Default: 60.0." in text
+
+
+def test_a_page_that_is_gone_is_removed_and_one_that_stayed_keeps_its_time(source: Path) -> None:
+    (source / "old.md").write_text("# Old\n", encoding="utf-8")
+    time = (source / "index.md").stat().st_mtime_ns
+    book.copy(source)
+    assert not (source / "old.md").exists()
+    assert (source / "index.md").stat().st_mtime_ns == time
+
+
+def test_arguments_of_a_docstring_become_fields() -> None:
+    lines = [
+        "The sum, in F = |h|.",
+        "",
+        "a, b : numbers",
+        "    of any size. c_ : third; *starred*.",
+        "",
+        ">>> 1",
+        "1",
+    ]
+    assert [line for line in docstrings.rewritten(lines, {"b": "float"}) if line] == [
+        *(r"The sum, in F = \|h\|.", ":param a: numbers of any size.", ":param b: see `a`", ":type b: float"),
+        *(r":param c\_: third; \*starred\*.", ">>> 1\n1"),
+    ]
+
+
+def test_options_in_a_help_text_are_code_and_its_signs_are_signs() -> None:
+    assert reference_pages.as_markdown("For --with a|b, `x|y`.") == r"For `--with` a\|b, `x|y`."
+
+
+@pytest.mark.slow
+def test_the_site_builds_without_a_warning_and_asks_for_nothing_of_the_network(tmp_path: Path) -> None:
+    for package in ("myst_parser", "sphinx_design", "sphinx_copybutton", "pydata_sphinx_theme"):
+        pytest.importorskip(package, reason="the site is built where the extra docs is installed")
+    assert book.main(tmp_path) == 0
+    pages = [page.read_text(encoding="utf-8") for page in (tmp_path / "site").rglob("*.html")]
+    assert len(pages) > len(list((ROOT / "docs").glob("*.md")))
+    fetched = r"<(?:script|img|link)[^>]*(?:src|href)=\"(?:https?:)?//"
+    assert not [found for text in pages for found in re.findall(fetched, text)]
