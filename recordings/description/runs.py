@@ -37,9 +37,12 @@ def write_runs_table(out: Place, dataset: Manifest) -> None:
     The files are read twice, first for the names of the columns, so that memory does not grow with the runs.
     """
     schema = _schema((flattened(held.parameters) for _, held in _runs(out, dataset)), dataset)
-    path = out / RUNS
-    with atomic_write(path) as part, system_errors_about(path), pq.ParquetWriter(part, schema) as writer:
-        found = _runs(out, dataset)
+    path, found = out / RUNS, _runs(out, dataset)
+    with (
+        atomic_write(path) as part,
+        system_errors_about(path),
+        pq.ParquetWriter(part, schema, write_page_checksum=True) as writer,
+    ):
         while rows := [_row(dataset, file, held) for file, held in islice(found, ROWS_AT_ONCE)]:
             writer.write_batch(pa.RecordBatch.from_pylist(rows, schema=schema))
 

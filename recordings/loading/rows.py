@@ -1,10 +1,13 @@
-"""Rows of a run in a dataset's file: only the asked columns and row groups are read, from mapped memory."""
+"""Rows of a run in a dataset's file: only the asked columns and row groups are read, from mapped memory.
+
+Before its first row is read, a file is compared with the SHA-256 that the manifest lists.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +16,10 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
+from recordings.files import sha256_of
 from recordings.readers import parquet_errors_about
 from recordings.url_path import Place, arrow_source
+from scenarios.errors import InputError
 
 FILES_OPEN = 64
 """Files whose footers are kept; a footer of some 50 columns takes some 50 kB."""
@@ -26,16 +31,21 @@ Rows = dict[str, NDArray[Any]]
 
 @dataclass(frozen=True)
 class RunPlace:
-    """Where a run lies: the file, the row of its first sample and the number of samples."""
+    """Where a run lies: the file, the row of its first sample and the number of samples.
+
+    sha256 : of the file by the manifest; None for a file that is read without a check.
+    """
 
     run: int
     file: Place
     first: int
     rows: int
+    sha256: str | None = None
 
 
 def rows_of(place: RunPlace, columns: Sequence[str]) -> Rows:
     """Return columns of a run; InputError for a missing or damaged file."""
+    check_file(place)
     with parquet_errors_about(place.file):
         starts = _starts(place.file)
         first, last = np.searchsorted(starts, (place.first, place.first + place.rows - 1), side="right") - 1
@@ -45,11 +55,28 @@ def rows_of(place: RunPlace, columns: Sequence[str]) -> Rows:
         return {name: _values(table.column(name)) for name in columns}
 
 
-def file_rows(file: Place, columns: Sequence[str]) -> Rows:
-    """Return columns of all runs of a file; InputError for a missing or damaged file."""
-    with parquet_errors_about(file), arrow_source(file) as source:
+def file_rows(place: RunPlace, columns: Sequence[str]) -> Rows:
+    """Return columns of all runs of a place's file; InputError for a missing or damaged file."""
+    check_file(place)
+    with parquet_errors_about(place.file), arrow_source(place.file) as source:
         table = pq.read_table(source, columns=list(columns), memory_map=True, partitioning=None)
     return {name: _values(table.column(name)) for name in columns}
+
+
+def check_file(place: RunPlace) -> None:
+    """Compare a run's file with its SHA-256, once until the file changes; InputError where they differ."""
+    if place.sha256 is not None:
+        with parquet_errors_about(place.file):
+            changed_ns = place.file.stat().st_mtime_ns if isinstance(place.file, Path) else 0
+            _check(place.file, place.sha256, changed_ns)
+
+
+@cache
+def _check(file: Place, sha256: str, changed_ns: int) -> None:
+    """Compare a file with its SHA-256; changed_ns : when the file was written, for a new check after a change."""
+    if sha256_of(file) != sha256:
+        do = "copy the file again, or remove it and repeat the `simulate` command; check=False reads it as it is"
+        raise InputError("differs from its SHA-256 in dataset.json", where=str(file), do=do)
 
 
 @lru_cache(FILES_OPEN)

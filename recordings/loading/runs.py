@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Any, overload
@@ -12,9 +12,9 @@ import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from recordings.description.runs import FIXED, RUNS, flattened
-from recordings.loading.rows import Rows, RunPlace, file_rows, rows_of
+from recordings.loading.rows import Rows, RunPlace, check_file, file_rows, rows_of
 from recordings.loading.windows import WindowSet
-from recordings.manifest import Manifest, read_manifest
+from recordings.manifest import MANIFEST, Manifest, read_manifest
 from recordings.metadata import RunFile, file_runs
 from recordings.readers import parquet_errors_about
 from recordings.url_path import Place, arrow_source
@@ -129,7 +129,7 @@ class RunSet:
         """Return the rows of neighbouring runs of one file, at once where they are the whole file."""
         joined = replace(places[0], rows=sum(place.rows for place in places))
         if (joined.first, joined.rows) == (0, self._lengths[joined.file]):
-            return file_rows(joined.file, self.columns)
+            return file_rows(joined, self.columns)
         return rows_of(joined, self.columns)
 
     @cached_property
@@ -138,14 +138,15 @@ class RunSet:
         return {self.path / file.path: file.rows for file in self.manifest.files}
 
     def _parameters_of(self, place: RunPlace) -> dict[str, Parameter]:
+        check_file(place)
         return _parameters(place.file, place.run if self.manifest.runs_per_file == 1 else None)[place.run]
 
 
-def load_dataset(path: Place, columns: Sequence[str] | None = None) -> RunSet:
+def load_dataset(path: Place, columns: Sequence[str] | None = None, *, check: bool = True) -> RunSet:
     """Open a complete dataset; nothing but its manifest and, of files of several runs, its table of runs is read.
 
-    columns : which to read, in this order; by default all. Raises InputError for an incomplete dataset and for columns
-    that it lacks.
+    columns : which to read, in this order; by default all. check : whether each file is compared with its SHA-256 in
+    the manifest before its first read. Raises InputError for an incomplete dataset and for columns that it lacks.
     """
     manifest = read_manifest(path)
     if not manifest.complete:
@@ -154,23 +155,28 @@ def load_dataset(path: Place, columns: Sequence[str] | None = None) -> RunSet:
     unknown = [name for name in columns or () if name not in known]
     if unknown:
         raise InputError(f"has no column {unknown[0]!r}", where=str(path), do=f"it has {', '.join(known[:12])}, …")
-    places = sorted(_places(path, manifest), key=lambda place: place.run)
+    sha256 = {file.path: file.sha256 if check else None for file in manifest.files}
+    places = sorted(_places(path, manifest, sha256), key=lambda place: place.run)
     return RunSet(path, manifest, tuple(places), tuple(known if columns is None else columns))
 
 
-def _places(path: Place, manifest: Manifest) -> Iterator[RunPlace]:
-    """Yield where each run lies, in the order of the files."""
+def _places(path: Place, manifest: Manifest, sha256: Mapping[str, str | None]) -> Iterator[RunPlace]:
+    """Yield where each run lies, in the order of the files; sha256 : by the paths that the manifest lists."""
     if manifest.runs_per_file == 1:
-        yield from (RunPlace(file.run, path / file.path, 0, file.rows) for file in manifest.files)
+        for file in manifest.files:
+            yield RunPlace(file.run, path / file.path, 0, file.rows, sha256[file.path])
         return
     with parquet_errors_about(path / RUNS), arrow_source(path / RUNS) as source:
-        table = pq.read_table(source, columns=["run", "file", "rows"])
+        table = pq.read_table(source, columns=["run", "file", "rows"], page_checksum_verification=True)
     held = (table.column(name).to_pylist() for name in table.column_names)
     first, last, there = 0, "", path
-    for run, file, rows in zip(*held, strict=True):
-        if file != last:
-            first, last, there = 0, file, path / file
-        yield RunPlace(run, there, first, rows)
+    for run, listed, rows in zip(*held, strict=True):
+        if listed not in sha256:
+            do = "repeat the `simulate` command: it writes the table anew"
+            raise InputError(f"names {listed!r}, which {MANIFEST} does not list", where=str(path / RUNS), do=do)
+        if listed != last:
+            first, last, there = 0, listed, path / listed
+        yield RunPlace(run, there, first, rows, sha256[listed])
         first += rows
 
 
@@ -184,7 +190,7 @@ def _parameters(file: Place, run: int | None) -> dict[int, dict[str, Parameter]]
 def _tabled(path: Place, runs: NDArray[np.int64]) -> dict[str, NDArray[Any]]:
     """Return the parameters of some runs in the table of runs."""
     with parquet_errors_about(path), arrow_source(path) as source:
-        table = pq.read_table(source)
+        table = pq.read_table(source, page_checksum_verification=True)
     order = np.argsort(table.column("run").to_numpy())
     rows = table.take(order[np.searchsorted(table.column("run").to_numpy()[order], runs)])
     return {name: rows.column(name).to_numpy() for name in rows.column_names if name not in FIXED}

@@ -116,10 +116,15 @@ def test_datasets_as_arrays(whole: Path, tmp_path: Path, times: int) -> None:  #
         if broken is not None:
             run = out / "run-00001.parquet"
             run.write_bytes(broken.to(run.read_bytes()))
-        answered(lambda: used(out))
+        content = answered(lambda: used(out))
+        assert not (content and text is None and _differs(out, whole / "out", "run-00001.parquet"))
         shutil.rmtree(out)
 
     fuzz(st.tuples(st.none() | damaged_json(manifest), st.none() | broken_bytes), check, DATASETS, times)
+
+
+def _differs(one: Path, other: Path, name: str) -> bool:
+    return (one / name).read_bytes() != (other / name).read_bytes()
 
 
 @pytest.mark.parametrize("damage", [Bytes(500, b"\x17\x17", False), Bytes(700, b"", True)])

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import importlib.util
+import shutil
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
 import numpy as np
 import pandas as pd
+import pyarrow.parquet as pq
 import pytest
 
 import magbench
@@ -91,6 +93,55 @@ def test_only_the_asked_columns_are_read(place: Path, monkeypatch: pytest.Monkey
     opened.numpy()
     assert asked
     assert all(columns == MAG for columns in asked)
+
+
+USES: dict[str, Callable[[RunSet], object]] = {
+    "rows": lambda data: data.numpy(),
+    "run": lambda data: data[RUNS - 1],
+    "windows": lambda data: data.windows(length_s=2.0)[-1],
+    "parameters of a run": lambda data: data._parameters_of(data.places[-1]),
+}
+
+
+@pytest.mark.parametrize("use", USES.values(), ids=USES)
+def test_a_file_with_one_bit_turned_is_refused(place: Path, tmp_path: Path, use: Callable[[RunSet], object]) -> None:
+    out = tmp_path / "copy"
+    shutil.copytree(place, out)
+    opened, last = magbench.dataset(out), sorted(out.glob("run*-*.parquet"))[-1]
+    use(opened)
+    content = bytearray(last.read_bytes())
+    content[len(content) // 3] ^= 1 << 4
+    last.write_bytes(content)
+    for data in (opened, magbench.dataset(out, columns=MAG)):
+        with pytest.raises(InputError, match=f"{last.name}: differs from its SHA-256") as refused:
+            use(data)
+        assert "\n" not in str(refused.value)
+        assert len(data[0].columns["mag_x_nT"]) > 0
+
+
+def test_without_a_check_a_turned_bit_is_read(place: Path, tmp_path: Path) -> None:
+    shutil.copytree(place, tmp_path, dirs_exist_ok=True)
+    last, known = sorted(tmp_path.glob("run*-*.parquet"))[-1], magbench.dataset(place, columns=MAG)[RUNS - 1].columns
+    start = pq.ParquetFile(last).metadata.row_group(0)
+    at = next(start.column(k) for k in range(start.num_columns) if start.column(k).path_in_schema == MAG[0])
+    content = bytearray(last.read_bytes())
+    content[at.data_page_offset + at.total_compressed_size // 2] ^= 1
+    last.write_bytes(content)
+    read = magbench.dataset(tmp_path, columns=MAG, check=False)[RUNS - 1].columns
+    assert [np.array_equal(read[name], known[name]) for name in MAG] == [False, True, True]
+
+
+def test_a_table_of_runs_with_one_bit_turned_is_refused(place: Path, tmp_path: Path) -> None:
+    shutil.copytree(place, tmp_path, dirs_exist_ok=True)
+    table = tmp_path / "runs.parquet"
+    if not table.exists():
+        pytest.skip("runs that have files of their own need no table")
+    content = bytearray(table.read_bytes())
+    middle = np.median(magbench.dataset(place).parameters["effects.hard_iron.offset_nT.0"])
+    content[content.index(middle.tobytes())] ^= 1
+    table.write_bytes(content)
+    with pytest.raises(InputError, match=r"runs\.parquet"):
+        print(magbench.dataset(tmp_path).parameters)
 
 
 def test_wrong_use_is_one_line(data: RunSet, place: Path, tmp_path: Path) -> None:
