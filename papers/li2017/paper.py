@@ -10,6 +10,7 @@ from calib.models.vector import VectorData
 from papers.base import Findings, Progress, Reproduction, Work, run_tasks
 from papers.li2017 import figures
 from papers.li2017.fuzzy_rows import STATE_VARIANCES, adaptation_rows, exponent_row, fuzzy_rows
+from papers.li2017.rival_rows import rival_rows, rival_trial
 from papers.li2017.rows import ALL_MOTIONS, LONG, engine_row, motion_row, original_filter_rows, proposed_filter_rows
 from papers.li2017.survey_rows import levenberg_marquardt_rows, quadrotor_rows
 from papers.li2017.trials import (
@@ -43,9 +44,26 @@ class Li2017(Reproduction):
 
     def run(self, jobs: int = 1, progress: Progress = lambda done, total: None) -> Findings:
         """Run the filters over all seeds, the longer runs over fewer, and the quadrotor's survey."""
+        found = run_tasks(self._work(), jobs, progress)
+        long, turned, changing, table, trials, surveys, without, one_less, fitted, engines, changes, rivals = found
+        rows = (
+            *original_filter_rows(trials, long),
+            *proposed_filter_rows(trials),
+            motion_row(turned),
+            engine_row(engines),
+            *fuzzy_rows(trials),
+            *adaptation_rows(trials, changing, table[0]),
+            exponent_row(changes),
+            *quadrotor_rows(surveys, without, one_less),
+            *levenberg_marquardt_rows(fitted),
+            *rival_rows(rivals, trials, surveys),
+        )
+        return Findings(rows, _figures())
+
+    def _work(self) -> Work:
         seeds = range(self.seeds)
         few = seeds[:SURVEYS]
-        work: Work = [
+        return [
             (long_trial, list(LONG)),
             (motion_trial, list(ALL_MOTIONS)),
             (changing_noise_trial, list(STATE_VARIANCES)),
@@ -57,21 +75,8 @@ class Li2017(Reproduction):
             (marquardt_trial, list(seeds[:MARQUARDTS])),
             (engine_trial, list(ENGINE_FILTERS)),
             (exponent_trial, list(EXPONENTS)),
+            (rival_trial, list(seeds)),
         ]
-        found = run_tasks(work, jobs, progress)
-        long, turned, changing, table, trials, surveys, without, one_less, fitted, engines, changes = found
-        rows = (
-            *original_filter_rows(trials, long),
-            *proposed_filter_rows(trials),
-            motion_row(turned),
-            engine_row(engines),
-            *fuzzy_rows(trials),
-            *adaptation_rows(trials, changing, table[0]),
-            exponent_row(changes),
-            *quadrotor_rows(surveys, without, one_less),
-            *levenberg_marquardt_rows(fitted),
-        )
-        return Findings(rows, _figures())
 
 
 def _figures() -> dict[str, Callable[[], Figure]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,6 +16,7 @@ from calib.methods.kalman_rescaled import MICROTESLA
 from calib.models.vector import VectorData
 from calib.numerics.kalman import STEADY, Engine
 from papers.attitudes import state_at_attitudes
+from papers.li2017.rivals import RIVALS, SEED, TurnedField, truncated_state
 from recordings import Recording, Truth
 from recordings.assemble import recording_of, truth_of
 from scenarios.arrays import Array
@@ -23,12 +25,12 @@ from sim.effects import Effects
 from sim.effects.earth import AttitudeMisalignment, DiurnalDrift, FieldGradient
 from sim.effects.papers import li2017
 from sim.effects.sources import LocalDipole
+from sim.rotation import matrix_from_q
 from sim.scenario import Scenario, load
 from sim.simulation import blocks, plan
 from sim.state import State
 from validation.signals.amplitude import column_rms
 
-SEED = 2017
 FIELD_ENU_NT = (-1940.0, 31916.0, -41285.0)
 REFERENCE = Reference.of_vector(FIELD_ENU_NT)
 PERMANENT_NT = (40.0, -100.0, 120.0)
@@ -60,6 +62,7 @@ ENGINES: tuple[Engine, Engine] = ("filterpy", "compiled")
 ENGINE_FILTERS = ("kf", "rescaled", "both")
 EXPONENTS = (0.0, 1.0)
 SETTLED = 0.05
+TRUNCATED = "truncated total least squares of eq. 1"
 LOUD = 10.0
 """Factor by which the noise grows in the last third of the run with changing noise."""
 SOURCES = (AttitudeMisalignment.name, DiurnalDrift.name, FieldGradient.name, LocalDipole.name)
@@ -215,7 +218,17 @@ def survey_trial(task: tuple[int, tuple[str, ...]]) -> Survey:
         settled[name] = int(np.flatnonzero(away)[-1]) + 2 if away.any() else 1
     for name in ("vector_least_squares", "vector_lm"):
         rms[name] = column_rms(CALIBRATORS[name]().fit(recording, REFERENCE).apply(recording) - truth.field_nT)
+    rms |= {name: column_rms(field - truth.field_nT) for name, field in _rival_fields(recording, data, task[0])}
     return Survey(column_rms(recording.mag_nT - truth.field_nT), rms, settled)
+
+
+def _rival_fields(recording: Recording, data: VectorData, seed: int) -> Iterator[tuple[str, Array]]:
+    """Yield the field (n, 3) compensated by each rival, and by truncated total least squares of eq. 1."""
+    assert recording.att_q is not None
+    seen = TurnedField(recording.mag_nT, matrix_from_q(recording.att_q)[:, 2], np.array(FIELD_ENU_NT), seed)
+    for name, rival in RIVALS.items():
+        yield name, rival(seen).apply(recording.mag_nT)
+    yield TRUNCATED, compensated(truncated_state(data), data)
 
 
 def flown(seed: int, without: tuple[str, ...] = ()) -> tuple[Recording, Truth]:
