@@ -12,6 +12,7 @@ from typing import Any
 
 from markupsafe import Markup
 
+from reports.pages.packed import packed
 from reports.plots.interactive import NotInteractive, interactive
 from reports.plots.style import Figure, data_url, styled
 
@@ -66,6 +67,4 @@ def figure_html(draw: Callable[[], Figure], title: str) -> Markup:
         except NotInteractive:
             return Markup('<img src="{}" alt="{}">').format(data_url(figure), title)
     place = Markup(f'<div {PLOT_CLASS} role="img" aria-label="{{}}" style="height: {{}}px"></div>')
-    return place.format(title, plot.layout["height"]) + Markup(
-        f'<script type="application/json">{plot.json()}</script>'
-    )
+    return place.format(title, plot.layout["height"]) + packed(plot.json())

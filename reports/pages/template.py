@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import jinja2
-import plotly.offline
 
+from reports.pages.packed import packed_plotly
 from reports.pages.section import PLOT_CLASS
 from validation.text import digits, sentence
 
@@ -32,6 +32,6 @@ def render_page(name: str, values: Mapping[str, Any]) -> str:
 
 def _scripts(page: str) -> str:
     """Return the page's scripts inline, so that the page works without a network."""
-    library = [plotly.offline.get_plotlyjs()] if PLOT_CLASS in page else []
     own = (TEMPLATES / "page.js").read_text(encoding="utf-8")
-    return "".join(f"<script>{script}</script>\n" for script in (*library, own))
+    library = f"{packed_plotly()}\n" if PLOT_CLASS in page else ""
+    return f"{library}<script>{own}</script>\n"

@@ -30,7 +30,10 @@ from scenarios.arrays import Array
 
 PX_IN, PX_POINT = 96.0, 96.0 / 72.0
 DIGITS = 6
-"""Significant digits of a coordinate: a page is a few thousand pixels wide."""
+"""Significant digits of a limit, a size or a place."""
+STEPS_A_SPAN, STEPS_A_VALUE = 2e4, 1e4
+"""Steps of a coordinate in the span of its trace, and in its own size, whichever are finer: a page is a few thousand
+pixels wide, and a logarithmic axis shows values of every size."""
 DASHES = {"-": "solid", "--": "dash", ":": "dot", "-.": "dashdot"}
 MARKERS = {"o": "circle", ".": "circle", "|": "line-ns-open", "_": "line-ew-open"}
 """Plotly's symbol for each matplotlib marker in use."""
@@ -236,7 +239,7 @@ def _line(line: Any, names: dict[str, str]) -> dict[str, Any]:
     if line.get_drawstyle() != "default" or (marked and marker not in MARKERS and not isinstance(marker, int)):
         raise NotInteractive(f"plotly cannot draw steps or the marker {marker!r}")
     return {
-        "type": "scattergl" if len(x) > 20_000 else "scatter",
+        "type": "scatter",
         "mode": "+".join(["lines"] * drawn + ["markers"] * marked),
         "x": x,
         "y": y,
@@ -266,7 +269,7 @@ def _points(dots: Any) -> dict[str, Any]:
         "color": colours[0] if len(colours) == 1 else colours,
         "symbol": "circle-open" if hollow else "circle",
     }
-    return {"type": "scattergl", "mode": "markers", "x": _rounded(x), "y": _rounded(y), "name": _label(dots),
+    return {"type": "scatter", "mode": "markers", "x": _rounded(x), "y": _rounded(y), "name": _label(dots),
             "opacity": dots.get_alpha() or 1.0, "marker": marker}  # fmt: skip
 
 
@@ -376,10 +379,17 @@ def _name_each_once(data: Iterable[dict[str, Any]]) -> None:
 
 
 def _rounded(values: Any) -> list[float | None]:
-    """Return numbers with DIGITS significant digits; NaN and infinity become None, a gap."""
+    """Return the coordinates of a trace, rounded to decimal steps; NaN and infinity become None, a gap."""
     array: Array = np.asarray(values, dtype=np.float64)
-    texts = np.char.mod(f"%.{DIGITS}g", array)
-    return [float(text) if finite else None for text, finite in zip(texts, np.isfinite(array), strict=True)]
+    known = np.isfinite(array)
+    sound = np.where(known, array, 0.0)
+    span = float(np.ptp(array[known])) if known.any() else 0.0
+    own = np.abs(sound) / STEPS_A_VALUE
+    step = np.minimum(own, span / STEPS_A_SPAN) if span else own
+    places = np.clip(np.ceil(-np.log10(np.where(step > 0, step, 1.0))), -300, 300)
+    whole = np.rint(sound * 10.0**places)
+    found = np.where(places < 0, whole * 10.0**-places, whole / 10.0**places)
+    return [value if finite else None for value, finite in zip(found.tolist(), known.tolist(), strict=True)]
 
 
 def _short(value: Any) -> float:

@@ -11,6 +11,7 @@ from typing import Any
 import matplotlib
 import numpy as np
 from matplotlib.figure import Figure as Figure
+from PIL import Image
 
 from reports.palette import INK, SOFT, phase_colours
 from scenarios.arrays import Array
@@ -20,6 +21,9 @@ from validation.text import digits
 
 WIDTH_IN = 11.0
 SVG_POINTS = 10_000
+"""Points of the lines of a picture that may become SVG."""
+SVG_BYTES = 60_000
+"""Size of an SVG that no PNG is drawn to undercut."""
 DPI, TALL_DPI, TALL_IN = 140, 100, 12.0
 STYLE: dict[str, Any] = {
     "font.size": 9,
@@ -73,13 +77,33 @@ def styled_data_url(draw: Callable[[], Figure]) -> str:
 
 
 def data_url(figure: Figure) -> str:
-    """Return a figure as a data address: SVG for few points, else PNG."""
+    """Return a figure as a data address: SVG for few points, else PNG where that is smaller."""
     points = sum(np.size(line.get_xdata()) for axis in figure.axes for line in axis.lines)
-    kind, mime = ("svg", "svg+xml") if points <= SVG_POINTS else ("png", "png")
+    drawn = _svg(figure) if points <= SVG_POINTS else None
+    if drawn and len(drawn) <= SVG_BYTES:
+        return _address("svg+xml", drawn)
+    picture = _png(figure)
+    return _address("svg+xml", drawn) if drawn and len(drawn) <= len(picture) else _address("png", picture)
+
+
+def _svg(figure: Figure) -> bytes:
     file = io.BytesIO()
+    figure.savefig(file, format="svg", metadata={"Date": None})
+    return file.getvalue()
+
+
+def _png(figure: Figure) -> bytes:
+    """Return a PNG of at most 256 colours, a third of the size of one of all colours."""
+    drawn, file = io.BytesIO(), io.BytesIO()
     dpi = DPI if figure.get_figheight() < TALL_IN else TALL_DPI
-    figure.savefig(file, format=kind, dpi=dpi, metadata={"Date": None} if kind == "svg" else {"Software": None})
-    return f"data:image/{mime};base64,{base64.b64encode(file.getvalue()).decode()}"
+    figure.savefig(drawn, format="png", dpi=dpi)
+    picture = Image.open(drawn).convert("RGB").quantize(256, dither=Image.Dither.NONE)
+    picture.save(file, "PNG", optimize=True)
+    return file.getvalue()
+
+
+def _address(kind: str, content: bytes) -> str:
+    return f"data:image/{kind};base64,{base64.b64encode(content).decode()}"
 
 
 def time_scale(time_s: Array) -> tuple[float, str]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import gzip
 import json
 import re
 from typing import Any
@@ -9,12 +11,13 @@ from typing import Any
 
 def without_scripts(page: str) -> str:
     """What readers see, and what the page would load."""
-    return re.sub(r"<script>.*?</script>", "", page, flags=re.DOTALL)
+    return re.sub(r"<script.*?</script>", "", page, flags=re.DOTALL)
 
 
 def plots(page: str) -> list[dict[str, Any]]:
     """The figures that zoom."""
-    return [json.loads(data) for data in re.findall(r'<script type="application/json">(.*?)</script>', page)]
+    packed = re.findall(r'<script type="application/gzip">(.*?)</script>', page)
+    return [json.loads(gzip.decompress(base64.b64decode(data))) for data in packed]
 
 
 def figures(page: str) -> int:

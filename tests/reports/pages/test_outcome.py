@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import dataclasses
+import gzip
 import html
 import re
 from html.parser import HTMLParser
@@ -225,3 +226,10 @@ def test_markdown_cells_cannot_break_the_table(outcome: Outcome) -> None:
     table = [line for line in text.splitlines() if line.startswith("|")]
     assert "a\\|b" in table[0]
     assert {len(re.findall(r"(?<!\\)\|", line)) for line in table} == {3}
+
+
+def test_the_page_holds_its_library_in_a_tenth_of_its_size(page: str) -> None:
+    """A page of five calibrators stays below 1.5 MB; plotly.js is in it once, whole."""
+    (packed,) = re.findall(r'<script type="application/gzip" id="plotly">(.*?)</script>', page)
+    assert gzip.decompress(base64.b64decode(packed)).decode().startswith("/**\n* plotly.js (basic - minified)")
+    assert len(page) < 1_500_000
