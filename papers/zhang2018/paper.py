@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from papers.base import Findings, Progress, Reproduction, Work, run_tasks
+from papers.zhang2018.axis_fit import axis_rows, axis_trial
 from papers.zhang2018.ellipsoid_rows import drift_rows, level_spiral_row, quadric_row
 from papers.zhang2018.figures import convergence_figure, drift_figure, turn_figure
 from papers.zhang2018.least_squares import least_squares_row, least_squares_trial
@@ -24,9 +25,9 @@ class Zhang2018(Reproduction):
     def run(self, jobs: int = 1, progress: Progress = lambda done, total: None) -> Findings:
         """Search on the level spiral under every setting, then fit the excited spiral under every drift."""
         seeds = range(self.seeds)
-        each = (search_trial, drift_trial, quadric_trial, least_squares_trial)
+        each = (search_trial, drift_trial, quadric_trial, least_squares_trial, axis_trial)
         work: Work = [(trial, seeds) for trial in each]
-        trials, drifts, quadrics, fits = run_tasks(work, jobs, progress)
+        trials, drifts, quadrics, fits, axes = run_tasks(work, jobs, progress)
         rows = (
             *error_rows(trials),
             *table_rows(),
@@ -36,6 +37,7 @@ class Zhang2018(Reproduction):
             level_spiral_row(),
             quadric_row(quadrics),
             least_squares_row(fits),
+            *axis_rows(axes),
             *drift_rows(drifts),
         )
         return Findings(

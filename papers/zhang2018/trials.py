@@ -163,8 +163,8 @@ def strength_nT(state: State) -> float:
     return float(np.linalg.norm(state.field_enu_nT))
 
 
-def bounded(mag_nT: Array, strength: float, reach_nT: float) -> NormSpace:
-    """Return the search problem of eq. 22; with a reach, R within 0.1 of identity, offsets within reach_nT of zero."""
+def bounded(mag_nT: Array, strength: float, reach_nT: float, width: float = 0.1) -> NormSpace:
+    """Return the search problem of eq. 22; with a reach, R within `width` of identity, offsets within reach_nT of 0."""
     problem = NormSpace.of(mag_nT, strength, Pso.most_gain)
     assert problem is not None
     if not reach_nT:
@@ -173,8 +173,8 @@ def bounded(mag_nT: Array, strength: float, reach_nT: float) -> NormSpace:
     matrix = np.eye(3)[np.triu_indices(3)]
     return replace(
         problem,
-        lower=np.concatenate((matrix - 0.1, middle - reach)),
-        upper=np.concatenate((matrix + 0.1, middle + reach)),
+        lower=np.concatenate((matrix - width, middle - reach)),
+        upper=np.concatenate((matrix + width, middle + reach)),
     )
 
 

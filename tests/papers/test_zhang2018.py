@@ -103,7 +103,7 @@ def test_the_true_offset_moves_with_the_drift():
 
 def test_rows_state_what_was_found(findings):
     row = {r.what: r for r in findings.rows}
-    assert len(row) == len(findings.rows) == 26
+    assert len(row) == len(findings.rows) == 28
     assert all(one.judged.tolerance and one.judged.reason for one in findings.rows)
     assert row["raw error of the total field along one turn, nT, 30 positions"].holds
     assert not row["order of the rms over the record: PSOGA < GA < PSO"].holds
