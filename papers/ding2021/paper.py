@@ -9,6 +9,8 @@ from typing import ClassVar
 
 from papers.base import Findings, PaperRow, Progress, Reproduction, Work, run_tasks
 from papers.ding2021.figures import convergence_figure, tensor_figure
+from papers.ding2021.geometry_rows import geometry_rows, geometry_trial
+from papers.ding2021.rotations import rotation_rows, rotation_trial
 from papers.ding2021.rows import NOISES_NT, simulation_rows
 from papers.ding2021.search_rows import search_rows
 from papers.ding2021.search_trials import StartTask, search_trial, searches, start_trial
@@ -40,16 +42,20 @@ class Ding2021(Reproduction):
     def run(self, jobs: int = 1, progress: Progress = lambda done, total: None) -> Findings:
         """Repeat the simulations over all seeds, and the searches over fewer seeds."""
         few, evolved = min(FEW, self.seeds), min(EVOLVED, self.seeds)
-        work: Work = [
+        keyed: Work = [
             (search_trial, list(searches(few, evolved))),
             (spread_trial, list(_spreads(self.seeds, evolved))),
             (start_trial, [StartTask(seed) for seed in range(self.seeds)]),
         ]
-        found = itertools.chain.from_iterable(run_tasks(work, jobs, progress))
-        results = dict(zip(itertools.chain.from_iterable(tasks for _, tasks in work), found, strict=True))
+        other: Work = [(trial, range(self.seeds)) for trial in (geometry_trial, rotation_trial)]
+        *found, shaped, turned = run_tasks([*keyed, *other], jobs, progress)
+        tasks = itertools.chain.from_iterable(items for _, items in keyed)
+        results = dict(zip(tasks, itertools.chain.from_iterable(found), strict=True))
         rows = (
             *simulation_rows(results, self.seeds, evolved),
             *search_rows(results, self.seeds, few, evolved),
+            *geometry_rows(shaped),
+            *rotation_rows(turned),
             REAL_ARRAY,
         )
         return Findings(rows, {"convergence": lambda: convergence_figure(results), "tensor": tensor_figure})

@@ -33,6 +33,8 @@ from sim.state import State
 STRENGTH_NT, DECLINATION_DEG, INCLINATION_DEG, BASELINE_M = 52_000.0, -7.0, 54.0, 0.4
 REFERENCE = Reference(STRENGTH_NT)
 SENSORS = 4
+OFFSETS = (0, 1, 2)
+"""Indices of a sensor's offset among its parameters."""
 OFFSET, SCALE, AXES, TURN = (slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12))
 
 
@@ -95,10 +97,16 @@ def field_enu_nT() -> Array:
     return STRENGTH_NT * np.array([np.cos(i) * np.sin(d), np.cos(i) * np.cos(d), -np.sin(i)])
 
 
-def simulate(case: int, noise_nT: float, seed: int, n: int = 200, common: bool = False) -> Array4:
-    """Simulate n random attitudes with noise uniform within +-noise_nT on each axis; `common`: equal on all sensors."""
+def simulate(
+    case: int, noise_nT: float, seed: int, n: int = 200, common: bool = False, R_wb: Array | None = None
+) -> Array4:
+    """Simulate n random attitudes with noise uniform within +-noise_nT on each axis; `common`: equal on all sensors.
+
+    R_wb (n, 3, 3): other attitudes, with the errors and the noise of the random ones.
+    """
     draw = stream(2021, seed, case, n)
-    state = state_at_attitudes(Rotation.random(n, rng=draw).as_matrix(), field_enu_nT())
+    drawn = Rotation.random(n, rng=draw).as_matrix()
+    state = state_at_attitudes(drawn if R_wb is None else R_wb, field_enu_nT())
     sensors = [SensorErrors.drawn(CASES[case], draw, first=i == 0) for i in range(SENSORS)]
     clean_nT = np.array([sensor.measured_nT(state) for sensor in sensors])
     noise = stream(2021, seed, case, n, "noise").uniform(-1.0, 1.0, (SENSORS, n, 3))
@@ -196,23 +204,23 @@ def spread_trial(task: SpreadTask) -> dict[str, Any]:
     return out
 
 
-def _std(array: Array4, noise_nT: float) -> Array:
+def deviations(array: Array4, noise_nT: float) -> Array:
     """Return the bound's standard deviations (45,); noise uniform within +-a has a / sqrt(3)."""
     return np.asarray(np.sqrt(np.diag(bound(array, noise_nT / np.sqrt(3.0)))))
 
 
 def _against_bound(array: Array4, found: Array, noise_nT: float) -> dict[str, Any]:
     """Return errors over the bound, and the bound of the least certain offset."""
-    free, std = free_parameters(SENSORS), _std(array, noise_nT)
+    free, std = free_parameters(SENSORS), deviations(array, noise_nT)
     return {
         "over_bound": (found - array.parameters)[free] / std,
-        "bound_offset_nT": STRENGTH_NT * std[np.isin(free % 12, (0, 1, 2))].max(),
+        "bound_offset_nT": STRENGTH_NT * std[np.isin(free % 12, OFFSETS)].max(),
     }
 
 
 def _evolved(array: Array4, found: Array, task: SpreadTask) -> dict[str, Any]:
     """Return errors of the evolution alone, and distances from least squares in units of the bound, by weights."""
-    free, std = free_parameters(SENSORS), _std(array, max(task.noise_nT, 1.0))
+    free, std = free_parameters(SENSORS), deviations(array, max(task.noise_nT, 1.0))
 
     def ends(components: float, tensor: float, invariants: float) -> Array:
         method = IdeGradiometer(polish=False, components=components, tensor=tensor, invariants=invariants)
