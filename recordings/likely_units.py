@@ -7,6 +7,7 @@ import numpy as np
 from recordings.reading import COUNT
 from recordings.units import STANDARD_GRAVITY_M_S2, UNITS, likely_unit
 from scenarios.arrays import Array
+from scenarios.text import figure
 
 EARTH_EXTENT_NT = (8_000.0, 80_000.0)
 """Half the extent of an axis while a sensor is turned: the Earth's 20,000 to 70,000 nT, less in a level turn, more by
@@ -94,7 +95,7 @@ def accel_factor(accel: Array) -> tuple[float, str]:
         if abs(size * factor / STANDARD_GRAVITY_M_S2 - 1) < 0.2:
             return factor, unit
     if size > 5 * STANDARD_GRAVITY_M_S2:
-        return STANDARD_GRAVITY_M_S2 / size, f"counts, {size:.4g} of them gravity"
+        return STANDARD_GRAVITY_M_S2 / size, f"counts, {figure(size, 4)} of them gravity"
     return 0.0, ""
 
 

@@ -18,9 +18,9 @@ def figure(value: float, significant: int = 3, *, zeros: bool = False) -> str:
         return "–"
     if value == 0:
         return "0"
-    if SMALLEST <= abs(value) < LARGEST:
-        return _cut(f"{value:.{max(0, significant - 1 - int(np.floor(np.log10(abs(value)))))}f}", zeros)
     mantissa, power = f"{value:.{significant - 1}e}".split("e")
+    if SMALLEST <= abs(value) < LARGEST:
+        return _cut(f"{value:.{max(0, significant - 1 - int(power))}f}", zeros)
     return f"{_cut(mantissa, zeros)}e{int(power)}"
 
 

@@ -14,7 +14,7 @@ ATTACHED = ("°",)
 
 
 def quantity(value: float, unit: str) -> str:
-    """Return a number with unit: "1,234 nT", "0.02°", or "0.5" without unit."""
+    """Return a number with unit: "1234 nT", "0.02°", or "0.5" without unit."""
     mark = symbol(unit)
     return f"{figure(value)}{mark if mark in ATTACHED else f' {mark}'}".rstrip()
 
@@ -59,10 +59,10 @@ def frequency(hertz: float) -> str:
 
 
 def short(value: Any) -> str:
-    """Return a value, or a list in brackets, for terminals and files: numbers with four digits."""
+    """Return a value, or a list in brackets: numbers with three significant digits."""
     if isinstance(value, list):
         return "(" + ", ".join(short(v) for v in value) + ")"
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
+    return figure(value) if isinstance(value, float) else str(value)
 
 
 def digits(value: float, significant: int = 3) -> str:
@@ -72,7 +72,7 @@ def digits(value: float, significant: int = 3) -> str:
 
 def plainly(value: float) -> str:
     """Return a given or counted number for a page: up to seven digits, without trailing zeros."""
-    return _typeset(f"{value:.7g}")
+    return _typeset(figure(value, 7))
 
 
 def _typeset(number: str) -> str:

@@ -9,6 +9,7 @@ from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from pathlib import Path
 
 from scenarios.errors import InputError
+from scenarios.text import figure
 
 MOST_VALUES = 40_000_000
 """Numbers that a reader takes from one file: 320 MB as float64."""
@@ -38,14 +39,14 @@ def library_errors_about(path: Path, form: str) -> Iterator[None]:
 def check_values(path: Path, values: int) -> None:
     """Raise InputError for more than MOST_VALUES numbers, before memory is taken for them."""
     if values > MOST_VALUES:
-        what = f"holds {values:.3g} numbers, at most {MOST_VALUES:.3g} are read"
+        what = f"holds {figure(values)} numbers, at most {figure(MOST_VALUES)} are read"
         raise InputError(what, where=str(path), do="give a part of the log, or fewer variables")
 
 
 def check_expansion(path: Path, declared: int) -> None:
     """Raise InputError for a file whose content, in bytes as read, is out of proportion to the file's size."""
     if declared > most_expanded(path.stat().st_size):
-        what = f"expands to {declared / 1e6:.3g} MB, more than {MOST_RATIO} times its size"
+        what = f"expands to {figure(declared / 1e6)} MB, more than {MOST_RATIO} times its size"
         raise InputError(what, where=str(path), do="give a part of the log, or fewer variables")
 
 

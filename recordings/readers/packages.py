@@ -16,6 +16,7 @@ from recordings.readers.damage import library_errors_about
 from recordings.readers.text.encoding import decoded
 from recordings.readers.text.reading import read_decoded
 from scenarios.errors import InputError
+from scenarios.text import figure
 
 ZIP = b"PK\x03\x04"
 MOST_FILES, MOST_BYTES = 1000, 400_000_000
@@ -43,12 +44,12 @@ class TablePackage:
     def check_size(self) -> None:
         """Raise InputError for more files or bytes than are unpacked."""
         if len(self.members) > MOST_FILES or self.size > MOST_BYTES:
-            most = f"at most {MOST_FILES} of {MOST_BYTES / 1e6:.3g} MB are read"
-            what = f"holds {len(self.members)} tables of {self.size / 1e6:.3g} MB together, {most}"
+            most = f"at most {MOST_FILES} of {figure(MOST_BYTES / 1e6)} MB are read"
+            what = f"holds {len(self.members)} tables of {figure(self.size / 1e6)} MB together, {most}"
             raise InputError(what, where=str(self.path), do="give a shorter recording")
         packed = self.path.stat().st_size
         if self.packed and self.size > max(LEAST_UNPACKED, MOST_RATIO * packed):
-            what = f"expands to {self.size / 1e6:.3g} MB, more than {MOST_RATIO} times its size"
+            what = f"expands to {figure(self.size / 1e6)} MB, more than {MOST_RATIO} times its size"
             raise InputError(what, where=str(self.path), do="give a shorter recording")
 
     @property

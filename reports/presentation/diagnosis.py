@@ -18,7 +18,7 @@ from reports.presentation.channel_curves import ChannelCurve, channel_curves
 from reports.presentation.series import DiagnosisSeries
 from scenarios.toml import to_toml
 from sim.effects.parameters import ACTIVE_WINDOW
-from validation.text import digits, short
+from validation.text import digits, figure, short
 
 FITTED = (EvidenceKind.HELD_OUT, EvidenceKind.IRON)
 """Ways of finding a cause with evidence in nats of a fit."""
@@ -48,7 +48,11 @@ class PresentedCause:
     @classmethod
     def of(cls, cause: NamedEffect) -> Self:
         """Describe a named effect."""
-        size = f"{cause.strength:.2g} sigma, {cause.nats:.3g} nats" if cause.kind in FITTED and cause.nats else ""
+        size = (
+            f"{figure(cause.strength, 2)} sigma, {figure(cause.nats)} nats"
+            if cause.kind in FITTED and cause.nats
+            else ""
+        )
         evidence = ", ".join(filter(None, (size, cause.transfer)))
         rows = tuple(parameter_rows(cause))
         return cls(cause.name, cause.alternatives, cause.look_alikes, rows, cause.kind.words, evidence)
@@ -187,8 +191,11 @@ def _sure(diagnosis: Diagnosis) -> tuple[str, str]:
     again = _again(diagnosis, least)
     if least.nats is None or least.kind not in FITTED:
         return least.kind.words, f"evidence{whose}; {again}"
-    needed = f"; {digits(least.needed)} are needed" if least.needed else ""
-    return f"{digits(least.nats)} nats", f"evidence on held-out data{whose}{needed}; {again}"
+    nats = f"{digits(least.nats)} nats"
+    if not least.needed:
+        return nats, f"evidence on held-out data{whose}; {again}"
+    told = f"{nats} on held-out data{whose}, of {digits(least.needed)} needed; {again}"
+    return f"{digits(least.nats / least.needed, 2)} times", f"the evidence needed: {told}"
 
 
 def _again(diagnosis: Diagnosis, cause: NamedEffect) -> str:

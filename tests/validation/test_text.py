@@ -33,7 +33,7 @@ def test_figure(value: float, text: str) -> None:
 @pytest.mark.parametrize(
     ("value", "text"),
     [(0.0, "0"), (1234.5, "1234"), (12.345, "12.3"), (-0.00123456, "−0.00123"), (1.5e-7, "1.50e−7"),
-     (float("nan"), "–"), (float("inf"), "–"), (2.5e9, "2.50e9"), (9.999, "10.00"), (12.0, "12.0")],
+     (float("nan"), "–"), (float("inf"), "–"), (2.5e9, "2.50e9"), (9.999, "10.0"), (99_960.0, "99960"), (12.0, "12.0")],
 )  # fmt: skip
 def test_digits_keep_what_was_measured(value: float, text: str) -> None:
     assert digits(value) == text
@@ -42,6 +42,7 @@ def test_digits_keep_what_was_measured(value: float, text: str) -> None:
 def test_given_numbers_stay_as_given() -> None:
     assert plainly(-50_000.5) == "−50000.5"
     assert plainly(3) == "3"
+    assert [plainly(123_456.789), plainly(12_345_678.0)] == ["123456.8", "1.234568e7"]
 
 
 def test_a_degree_follows_its_number_and_other_units_a_space() -> None:
@@ -86,6 +87,7 @@ def test_frequency(hertz: float, text: str) -> None:
     assert frequency(hertz) == text
 
 
-def test_short_is_four_digits_of_each_number_and_a_word_as_it_is() -> None:
-    assert short(12.34567) == "12.35"
-    assert short([[1.0, -2.00001e-7], "high"]) == "((1, -2e-07), high)"
+def test_short_is_three_digits_of_each_number_and_a_word_as_it_is() -> None:
+    assert short(12.34567) == "12.3"
+    assert short(13_250.4) == "13250"
+    assert short([[1.0, -2.00001e-7], "high"]) == "((1, -2e-7), high)"

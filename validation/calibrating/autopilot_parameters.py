@@ -15,6 +15,7 @@ from recordings.channels import TEMPERATURE, THROTTLE, current_name
 from recordings.readers.rotations import CUSTOM, PX4, board_rotation, euler_rotation
 from scenarios.arrays import Array
 from scenarios.errors import InputError
+from validation.text import figure
 
 FLU_TO_FRD = np.diag([1.0, -1.0, -1.0])
 NT_PER_GAUSS, NT_PER_MILLIGAUSS, A_PER_KA = 1e5, 1e2, 1e3
@@ -83,7 +84,7 @@ def left_out(calibration: Calibration) -> tuple[str, ...]:
 
 def _without(term: InputTerm) -> str:
     size = float(np.linalg.norm(term.gain_nT))
-    return f"the field of {term.channel} ({size:.3g} nT a unit) is left out: the offset holds at {term.reference:g}"
+    return f"the field of {term.channel} ({figure(size)} nT a unit) is left out: the offset holds at {term.reference:g}"
 
 
 def told(calibration: Calibration) -> tuple[str, ...]:

@@ -21,6 +21,7 @@ from validation.calibrating.autopilot_parameters import (
     without_eddy,
 )
 from validation.calibrating.output_unit import NANOTESLA, OutputUnit
+from validation.text import figure
 
 REAL32, INT32 = 9, 6
 """MAVLink's types of parameters."""
@@ -147,7 +148,7 @@ class ExportFormat:
         for name, value in PARAMETER.findall(text):
             for word, low, high in self.limits:
                 if word in name and not low <= float(value) <= high:
-                    return f"{name} {float(value):.4g} is outside {low:g} to {high:g}"
+                    return f"{name} {figure(float(value), 4)} is outside {low:g} to {high:g}"
         return ""
 
 

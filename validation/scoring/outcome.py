@@ -80,8 +80,11 @@ class Outcome:
         return sorted(self.calibrations, key=place), by
 
     def rows(self) -> list[str]:
-        """Return the rows of tables: calibrators from best to worst, then the raw measurement."""
-        return [*self.ranking()[0], *(name for name in self.scores if name not in self.calibrations)]
+        """Return the rows of tables: calibrators of status "ok", then the failed and the raw measurement."""
+        ranked, by = self.ranking()
+        sound = [name for name in ranked if self.calibrations[name].status.kind == "ok"]
+        raw = [name for name in self.scores if name not in self.calibrations]
+        return sound + sorted([*ranked[len(sound) :], *raw], key=lambda name: self._value(name, by))
 
     def _ranked_by(self) -> str:
         """Return the name of the ranking score, "" where no score may rank."""

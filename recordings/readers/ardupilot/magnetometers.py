@@ -27,6 +27,7 @@ from recordings.readers.ardupilot.vehicle import firmware_of
 from recordings.readers.vehicle_log import vector_columns
 from recordings.streams import Stream
 from scenarios.arrays import Array
+from scenarios.text import figure
 
 FIELD, OFFSET = ("MagX", "MagY", "MagZ"), ("OfsX", "OfsY", "OfsZ")
 MOTOR = (("MOX", "MOY", "MOZ"), ("MOfsX", "MOfsY", "MOfsZ"))
@@ -144,7 +145,7 @@ def told_undone(last: Mapping[str, float], number: int, motors: str = "") -> str
     motors : what the motors' term was taken from, "" without such a term.
     """
     neutral = {name: 1.0 if "_DIA" in name else 0.0 for name in calibration_names(number)}
-    values = [f"{name} {last[name]:.4g}" for name, value in neutral.items() if last.get(name, value) != value]
+    values = [f"{name} {figure(last[name], 4)}" for name, value in neutral.items() if last.get(name, value) != value]
     values += [motors] if motors else []
     if not values:
         return f"ArduPilot's calibration of compass {number}: nothing to undo"

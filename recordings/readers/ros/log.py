@@ -34,6 +34,7 @@ from recordings.reading import COUNT
 from recordings.streams import Interpolation, Stream
 from recordings.units import UNITS
 from scenarios.arrays import Array
+from scenarios.text import figure
 
 TESLA_NT = 1e9
 MOST_TESLA = 1e-3
@@ -124,7 +125,7 @@ class BagLog:
         if strength <= MOST_TESLA and (topic.kind == roles.MAGNETIC or strength > 0):
             return TESLA_NT
         unit = field_unit(values)
-        self.notes.append(f"{topic.name}: a strength of {strength:.3g} is not in tesla: taken as {unit}")
+        self.notes.append(f"{topic.name}: a strength of {figure(strength)} is not in tesla: taken as {unit}")
         if unit == COUNT:
             self.unit = COUNT
             return 1.0

@@ -233,3 +233,18 @@ def test_the_page_holds_its_library_in_a_tenth_of_its_size(page: str) -> None:
     (packed,) = re.findall(r'<script type="application/gzip" id="plotly">(.*?)</script>', page)
     assert gzip.decompress(base64.b64decode(packed)).decode().startswith("/**\n* plotly.js (basic - minified)")
     assert len(page) < 1_500_000
+
+
+def test_the_raw_measurement_ranks_above_a_failed_fit_that_is_worse(outcome: Outcome) -> None:
+    ranked, by = outcome.ranking()
+    failed = ranked[-1]
+    (score,) = (s for s in outcome.scores[ranked[0]] if s.name == by)
+
+    def order(of_raw: float, of_failed: float) -> list[str]:
+        values = {"uncorrected": of_raw, failed: of_failed}
+        scores = {name: [dataclasses.replace(score, value=value)] for name, value in values.items()}
+        rows = dataclasses.replace(outcome, scores={**outcome.scores, **scores}).rows()
+        return [name for name in rows if name in values]
+
+    assert order(2000.0, 9000.0) == ["uncorrected", failed]
+    assert order(2000.0, 900.0) == [failed, "uncorrected"]

@@ -30,7 +30,7 @@ CASES: dict[str, tuple[float, dict[str, Any], tuple[str, str, str]]] = {
     "fitted": (
         NOISE_NT,
         {MotorCurrent.name: {"gain_nT_A": [20.0, -10.0, 40.0]}},
-        (MotorCurrent.name, "evidence on held-out data", "% removed"),
+        (MotorCurrent.name, "nats on held-out data, of 8.07 needed", "% removed"),
     ),
     "faults": (
         NOISE_NT,
