@@ -17,7 +17,7 @@ from sim.scenario import Scenario, load
 from sim.vehicles import vehicle_for
 from sim.vehicles.base import STEP_S
 
-LEAST_RATIO = 0.85
+LEAST_RATIO = 0.95
 CASES = ("auv-spiral", "auv-comb", "quad-spiral", "quad-comb")
 SMALL = ("auv-spiral", ("phases.0.duration_s=60",))
 """A motion of a few seconds, with which a test runs the benchmark."""

@@ -13,7 +13,8 @@ import numpy as np
 from scenarios.arrays import Array
 from scenarios.errors import InputError
 from scenarios.paths.base import PhaseBase, Start
-from sim.engine import ReferenceTrack, StateLog, Stop, advance, log_of, plant_of
+from sim.engine import ReferenceTrack, StateLog, Stop, advance, log_of
+from sim.plant import plant_of
 from sim.rotation import matrix_from_q
 from sim.scenario import Scenario
 from sim.vehicles import vehicle_for

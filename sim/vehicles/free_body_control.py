@@ -18,7 +18,8 @@ import numpy as np
 
 from scenarios.arrays import Array
 from scenarios.kernel_cache import njit
-from sim.engine import control_signature, mass_matrix
+from sim.engine import control_signature
+from sim.plant import mass_matrix
 from sim.portable_arithmetic import pseudo_inverse
 from sim.vehicles.base import STEP_S
 from sim.vehicles.fluid import added_mass, drag, righting_arm, wrenches

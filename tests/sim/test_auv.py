@@ -15,8 +15,9 @@ from scipy.spatial.transform import Rotation
 from scenarios.arrays import Array
 from scenarios.paths import Phase, PhaseBase
 from scenarios.spec import FieldSpec, SamplingSpec
-from sim.engine import ReferenceTrack, advance, log_of, plant_of
+from sim.engine import ReferenceTrack, advance, log_of
 from sim.motion import drive
+from sim.plant import plant_of
 from sim.rotation import matrix_from_q
 from sim.scenario import Scenario
 from sim.vehicles.auv import Auv, AuvSpec

@@ -9,7 +9,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from scenarios.paths import Start
-from sim.engine import ReferenceTrack, advance, log_of, plant_of
+from sim.engine import ReferenceTrack, advance, log_of
+from sim.plant import plant_of
 from sim.vehicles.base import STEP_S
 from sim.vehicles.free_body_control import follow
 from tests.sim.test_auv import COMB, SPIRAL, TILT, auv, phase

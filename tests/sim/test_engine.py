@@ -19,11 +19,9 @@ from sim.engine import (
     Stop,
     advance,
     control_signature,
-    library_file,
     log_of,
-    mass_matrix,
-    plant_of,
 )
+from sim.plant import library_file, mass_matrix, plant_of
 from sim.vehicles.auv import Auv, AuvSpec
 from tests.nightly import first_daily
 from tests.sim.fossen import DENSITY, GRAVITY, Fossen, tuckerman
@@ -218,7 +216,7 @@ class TestEnergy:
 
 class TestLoop:
     def test_step_error_falls_with_the_fourth_power(self) -> None:
-        """Sixteenfold at half the step while the axis of rotation turns, where mj_step's attitude has order two."""
+        """Sixteenfold at half the step while the axis of rotation turns."""
         ends = []
         for dt in (0.04, 0.02, 0.00125):
             model = TestEnergy.ideal()

@@ -12,7 +12,8 @@ from scipy.spatial.transform import Rotation
 
 from scenarios.arrays import Array
 from scenarios.paths import Ability, Phase, PhaseBase, Start
-from sim.engine import ReferenceTrack, StateLog, advance, log_of, plant_of
+from sim.engine import ReferenceTrack, StateLog, advance, log_of
+from sim.plant import plant_of
 from sim.vehicles.base import STEP_S, Kinematics, Vehicle, VehicleTable, free_body_kinematics
 from sim.vehicles.fluid import added_mass
 from sim.vehicles.free_body_control import MEMORY_SIZE, follow, tracking_gains

@@ -11,7 +11,8 @@ from pydantic import TypeAdapter
 from scipy.integrate import solve_ivp
 
 from scenarios.paths import Phase, Start
-from sim.engine import ReferenceTrack, advance, log_of, plant_of
+from sim.engine import ReferenceTrack, advance, log_of
+from sim.plant import plant_of
 from sim.rotation import matrix_from_q
 from sim.vehicles.base import STEP_S
 from sim.vehicles.quadrotor import GUST_CORRELATION_S, Quadrotor, QuadrotorSpec

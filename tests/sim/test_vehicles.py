@@ -10,8 +10,9 @@ import pytest
 from pydantic import TypeAdapter, ValidationError
 
 from scenarios.paths import PHASES, Ability, Phase
-from sim.engine import CONTROL, StateLog, mass_matrix
+from sim.engine import CONTROL, StateLog
 from sim.motion import drive
+from sim.plant import mass_matrix
 from sim.scenario import Scenario, json_schema
 from sim.tracking import LIMIT_M, Tracker
 from sim.vehicles import VEHICLES, VehicleSpec, vehicle_for, vehicles_for
