@@ -9,6 +9,7 @@ from typing import ClassVar
 from calib.models.vector import VectorData
 from papers.base import Findings, Progress, Reproduction, Work, run_tasks
 from papers.li2017 import figures
+from papers.li2017.flight_rows import VEHICLES, FlightTask, flight_rows, flight_trial
 from papers.li2017.fuzzy_rows import STATE_VARIANCES, adaptation_rows, exponent_row, fuzzy_rows
 from papers.li2017.rival_rows import rival_rows, rival_trial
 from papers.li2017.rows import ALL_MOTIONS, LONG, engine_row, motion_row, original_filter_rows, proposed_filter_rows
@@ -32,7 +33,7 @@ from reports.plots.style import Figure
 
 SURVEYS = 5
 """Most seeds of the survey, whose simulation takes seconds."""
-MARQUARDTS = 10
+MARQUARDTS, FLIGHTS = 10, 10
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,21 @@ class Li2017(Reproduction):
     def run(self, jobs: int = 1, progress: Progress = lambda done, total: None) -> Findings:
         """Run the filters over all seeds, the longer runs over fewer, and the quadrotor's survey."""
         found = run_tasks(self._work(), jobs, progress)
-        long, turned, changing, table, trials, surveys, without, one_less, fitted, engines, changes, rivals = found
+        (
+            long,
+            turned,
+            changing,
+            table,
+            trials,
+            surveys,
+            without,
+            one_less,
+            fitted,
+            engines,
+            changes,
+            rivals,
+            *flights,
+        ) = found
         rows = (
             *original_filter_rows(trials, long),
             *proposed_filter_rows(trials),
@@ -57,6 +72,7 @@ class Li2017(Reproduction):
             *quadrotor_rows(surveys, without, one_less),
             *levenberg_marquardt_rows(fitted),
             *rival_rows(rivals, trials, surveys),
+            *flight_rows(dict(zip(VEHICLES, flights, strict=True))),
         )
         return Findings(rows, _figures())
 
@@ -76,6 +92,7 @@ class Li2017(Reproduction):
             (engine_trial, list(ENGINE_FILTERS)),
             (exponent_trial, list(EXPONENTS)),
             (rival_trial, list(seeds)),
+            *((flight_trial, [FlightTask(vehicle, seed) for seed in seeds[:FLIGHTS]]) for vehicle in VEHICLES),
         ]
 
 
