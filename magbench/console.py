@@ -6,6 +6,7 @@ import json
 import math
 import os
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -38,7 +39,7 @@ INDENT = 2
 """Columns by which the cells of a list are indented."""
 LINES_A_ROW = 4
 """Lines that a row of a table takes on average at most; a longer table becomes a list."""
-PLAIN_INTERVAL_S = 10.0
+PLAIN_INTERVAL_S = 5.0
 """Time between progress lines where there is no terminal."""
 messages = Console(stderr=True, soft_wrap=True, highlight=False, emoji=False)
 
@@ -147,24 +148,53 @@ def _as_list(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) 
 
 @contextmanager
 def progress(what: str) -> Iterator[Report]:
-    """A bar on a terminal, plain lines elsewhere."""
+    """A bar on a terminal, which goes at the end; elsewhere plain lines, also from a step that reports nothing."""
     if messages.is_terminal:
         # The spinner and the clock show that a step which cannot tell its progress goes on.
         pieces = (BarColumn(), TaskProgressColumn(), TimeElapsedColumn(), TimeRemainingColumn())
-        with Progress(SpinnerColumn(), TextColumn("{task.description}"), *pieces, console=messages) as bar:
+        words = (SpinnerColumn(), TextColumn("{task.description}"))
+        with Progress(*words, *pieces, console=messages, transient=True) as bar:
             task = bar.add_task(what, total=None)
             yield lambda done, total: bar.update(task, completed=done, total=total)
-    else:
-        yield PlainLines(what)
+        return
+    lines, ended = PlainLines(what), threading.Event()
+    ticking = threading.Thread(target=_tick, args=(lines, ended), daemon=True)
+    ticking.start()
+    try:
+        yield lines
+    finally:
+        ended.set()
+        ticking.join()
+
+
+def _tick(lines: PlainLines, ended: threading.Event) -> None:
+    while not ended.wait(PLAIN_INTERVAL_S / 5):
+        lines.remind()
 
 
 class PlainLines:
-    """A line at the start, one each PLAIN_INTERVAL_S as long as the work goes on, and one at the end."""
+    """Lines of a work at its first report, each PLAIN_INTERVAL_S as long as it goes on, and at its end."""
 
     def __init__(self, what: str, clock: Callable[[], float] = time.monotonic) -> None:
-        self.what, self.clock, self.due_s = what, clock, -math.inf
+        self.what, self.clock = what, clock
+        self.begun_s = self.told_s = clock()
+        self.part: float | None = None
 
     def __call__(self, done: float, total: int) -> None:
-        if done >= total or self.clock() >= self.due_s:
-            self.due_s = self.clock() + PLAIN_INTERVAL_S
-            say(f"{self.what}: {math.floor(100 * done / max(total, 1))} %")
+        """Report a part done; the first and the last report are told at once."""
+        first, self.part = self.part is None, done / max(total, 1)
+        if first or done >= total:
+            self._tell(self.clock())
+        else:
+            self.remind()
+
+    def remind(self) -> None:
+        """Tell how far the work is where the last line is PLAIN_INTERVAL_S old."""
+        now_s = self.clock()
+        if now_s - self.told_s >= PLAIN_INTERVAL_S:
+            self._tell(now_s)
+
+    def _tell(self, now_s: float) -> None:
+        self.told_s = now_s
+        passed = f"{math.floor(now_s - self.begun_s)} s"
+        say(f"{self.what}: {passed if self.part is None else f'{math.floor(100 * self.part)} %, {passed}'}")

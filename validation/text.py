@@ -58,11 +58,16 @@ def frequency(hertz: float) -> str:
     return f"{figure(hertz, 4)} Hz" if hertz >= 0.2 else f"one in {duration(1 / hertz)}" if hertz > 0 else "0 Hz"
 
 
-def short(value: Any) -> str:
-    """Return a value, or a list in brackets: numbers with three significant digits."""
+def short(value: Any, significant: int = 3) -> str:
+    """Return a value, or a list in brackets, its numbers with significant digits."""
     if isinstance(value, list):
-        return "(" + ", ".join(short(v) for v in value) + ")"
-    return figure(value) if isinstance(value, float) else str(value)
+        return "(" + ", ".join(short(v, significant) for v in value) + ")"
+    return figure(value, significant) if isinstance(value, float) else str(value)
+
+
+def given(value: Any) -> str:
+    """Return a given value, or a list in brackets: up to seven digits, so that near values stay apart."""
+    return short(value, 7)
 
 
 def digits(value: float, significant: int = 3) -> str:

@@ -44,6 +44,7 @@ def bound(
     maps: Sequence[str] = (),
     reading: Reading | None = None,
     run: int = 0,
+    out: str | PathLike[str] | None = None,
 ) -> BoundResult:
     """The least errors that any method can reach with a scenario or a recording, and what is not observable.
 
@@ -52,22 +53,30 @@ def bound(
     gyro_scale_std : standard deviation of the gyro's scale, a fraction. strength_unknown : S only up to a factor.
     coloured, overrides : of a scenario: with its flicker noise and random walk; values changed.
     tilt_limits : roll and pitch, degrees: the best of all motions within them is computed too.
+    out : directory for report.html and bound.json.
 
     Raises InputError for an unusable source, and for knowledge without its data.
     """
     from magbench.api.planning_results import BoundResult
+    from reports.outputs.bound import write_bound
     from sim.scenario import Scenario
 
     noise = noise_std_nT, gyro_noise_rad_s, gyro_scale_std
     query = _query(knowledge, *noise, strength_unknown, coloured=coloured, tilts=tilt_limits)
     if isinstance(source, Scenario | str | PathLike) and is_scenario(source):
-        return BoundResult.of(query.of_scenario(scenario_from(source, overrides)))
-    if coloured or overrides:
+        spec = scenario_from(source, overrides)
+        title, found = spec.name, query.of_scenario(spec)
+    elif coloured or overrides:
         what = "applies to a scenario, and this is a recording"
         raise InputError(what, where="--coloured, --set", do="leave it out")
-    read = reading_from(source, maps, reading)
-    field = field_strength_nT, field_enu_nT
-    return BoundResult.of(query.answer(_experiment(source, read, run, field, noise_std_nT)))
+    else:
+        read = reading_from(source, maps, reading)
+        field = field_strength_nT, field_enu_nT
+        title = Path(source).name if isinstance(source, str | PathLike) else "recording"
+        found = query.answer(_experiment(source, read, run, field, noise_std_nT))
+    if out is not None:
+        write_bound(found, title, Path(out))
+    return BoundResult.of(found)
 
 
 def _experiment(

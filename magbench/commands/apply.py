@@ -32,9 +32,10 @@ def command(
     Example: magbench apply out/calibration.json survey.csv --with ellipsoid -o corrected.parquet
     """
     from magbench.api.apply import apply_file
-    from magbench.console import emit, say, warn
+    from magbench.console import emit, progress, say, warn
 
-    done = apply_file(calibration, data, out, name=with_, run=run, reading=reading)
+    with progress(f"correcting {data.name}"):
+        done = apply_file(calibration, data, out, name=with_, run=run, reading=reading)
     warn(done["warning"])
     say(f"{out}: {done['samples']} samples of {done['corrected']} corrected with {done['calibrator']}")
     if json:

@@ -64,7 +64,8 @@ TiltLimits = Annotated[
 ]
 WhichRun = Annotated[int | None, typer.Option(min=0, help="Which run of a dataset directory.  [default: 0]")]
 Report = Annotated[
-    Path | None, typer.Option("--out", "-o", help="Directory of the plots.  [default: out/SCENARIO-bound]")
+    Path | None,
+    typer.Option("--out", "-o", help=f"Directory of page and numbers.  [with {WHAT_IF}: out/SCENARIO-bound]"),
 ]
 
 
@@ -92,11 +93,10 @@ def command(
     Example: magbench bound auv-spiral --what-if roll_amplitude_deg=0:30:5
     """
     from magbench.api.bound import bound, is_scenario
+    from magbench.console import progress
 
     of_log = {"--run": run, "--field-strength-nT": field_strength_nT, "--field-enu-nT": field_enu_nT}
     of_scenario = {"--set": set_, WHAT_IF: what_if, "--coloured": coloured or None}
-    if not what_if:
-        none_of({"--out": out}, f"is for {WHAT_IF} alone", "leave it out")
     known: dict[str, Any] = {
         "knowledge": knowledge,
         "noise_std_nT": noise_std_nT,
@@ -112,42 +112,53 @@ def command(
             "change the scenario with --set KEY=VALUE",
         )
         known |= {"coloured": coloured, "overrides": set_ or ()}
-        _of_scenario(source, known, what_if, out or Path("out") / f"{find(source).stem}-bound", json)
+        _of_scenario(source, known, what_if, out, json)
     else:
         none_of(of_scenario, "applies to a scenario, and this is a log", "leave it out")
         known |= {"field_strength_nT": field_strength_nT, "field_enu_nT": field_vector(field_enu_nT)}
-        _show(bound(source, **known, reading=reading, run=run or 0), json)
+        with progress(f"bound of {Path(source).name}"):
+            found = bound(source, **known, reading=reading, run=run or 0, out=out)
+        _show(found, out, json)
 
 
-def _of_scenario(source: str, known: dict[str, Any], what_if: str | None, out: Path, json: bool) -> None:
+def _of_scenario(source: str, known: dict[str, Any], what_if: str | None, out: Path | None, json: bool) -> None:
     from magbench.api.bound import bound
     from magbench.api.bound import what_if as bound_over
+    from magbench.console import progress
 
-    if what_if:
-        _show_sweep(bound_over(source, what_if, **known, out=out), out, json)
-    else:
-        _show(bound(source, **known), json)
+    name = find(source).stem
+    if not what_if:
+        with progress(f"bound of {name}"):
+            found = bound(source, **known, out=out)
+        _show(found, out, json)
+        return
+    place = out or Path("out") / f"{name}-bound"
+    with progress(f"bounds of {name}"):
+        swept = bound_over(source, what_if, **known, out=place)
+    _show_sweep(swept, place, json)
 
 
-def _show(found: BoundResult, json: bool) -> None:
-    from magbench.console import emit, say, show_table
-    from validation.bound.summary import rows, score_rows, summary
+def _show(found: BoundResult, out: Path | None, json: bool) -> None:
+    from magbench.console import emit, say, show_table, show_text
+    from validation.bound.summary import HEADS, SCORE_HEADS, rows, score_rows, summary
 
     if json:
         emit(summary(found))
     else:
-        show_table("", ["axis", "offset, nT", "S x", "S y", "S z"], rows(found))
-        show_table("", ["at least", "error", "of what"], score_rows(found.used), numbers=False)
-    say(repr(found))
+        show_text(f"{found!r}\n")
+        show_table("", HEADS, rows(found))
+        show_table("", SCORE_HEADS, score_rows(found.used), numbers=False)
+    if out is not None:
+        say(f"{out}: report.html, bound.json")
 
 
 def _show_sweep(found: WhatIfResult, out: Path, json: bool) -> None:
-    from magbench.console import emit, say, show_table
+    from magbench.console import emit, say, show_table, show_text
     from validation.bound.summary import what_if_heads, what_if_rows, what_if_summary
 
     if json:
         emit({"what_if": what_if_summary(found), "out": str(out)})
     else:
+        show_text(f"{found!r}\n")
         show_table("", what_if_heads(found), what_if_rows(found))
-    say(repr(found))
     say(f"{out}: report.html, bound.json")

@@ -93,29 +93,30 @@ def command(
     Example: magbench calibrate log.csv --map mag_x_nT=bx,unit=uT --with ellipsoid --field-strength-nT 48152
     """
     from magbench.api.calibrate import calibrate
-    from magbench.console import end_with
+    from magbench.console import end_with, progress
     from validation.calibrating.calibration_file import RefusedExportsError
     from validation.calibrating.fitting import not_applicable
 
     named, refused = bool(with_ or exec_), None
     try:
-        found = calibrate(
-            data,
-            field_strength_nT,
-            with_=split(with_) if with_ else [],
-            field_enu_nT=field_vector(field_enu_nT),
-            reading=reading,
-            run=run,
-            exec_=exec_ or (),
-            time_limit_s=time_limit_s,
-            out=out,
-            exports=export.split(",") if export else (),
-            force=force,
-            unit_out=unit_out,
-            base=base,
-            base_start=base_start,
-            tolerance_deg=tolerance_deg,
-        )
+        with progress(f"calibrating {data.name}"):
+            found = calibrate(
+                data,
+                field_strength_nT,
+                with_=split(with_) if with_ else [],
+                field_enu_nT=field_vector(field_enu_nT),
+                reading=reading,
+                run=run,
+                exec_=exec_ or (),
+                time_limit_s=time_limit_s,
+                out=out,
+                exports=export.split(",") if export else (),
+                force=force,
+                unit_out=unit_out,
+                base=base,
+                base_start=base_start,
+                tolerance_deg=tolerance_deg,
+            )
     except RefusedExportsError as error:
         found, refused = error.calibrations, error
     _show(found, _gains(found) if worth else None, found.assessment, json, others=others)

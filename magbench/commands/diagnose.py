@@ -87,25 +87,26 @@ def command(
     """
     from diagnosis.policy import STANDARD, changed
     from magbench.api.diagnose import diagnose
-    from magbench.console import say
+    from magbench.console import progress, say
 
     place = out or Path("out") / "diagnosis"
-    found = diagnose(
-        measured,
-        model,
-        field_strength_nT=field_strength_nT,
-        field_enu_nT=field_vector(field_enu_nT),
-        confirm=confirm,
-        policy=changed(STANDARD, set_ or ()),
-        actuators=actuator or (),
-        reading=reading,
-        run=run,
-        sensor=sensor,
-        reference_sensor=reference_sensor,
-        scheduler=scheduler,
-        out=place,
-        say=lambda stage: say(f"diagnosis: {stage}"),
-    )
+    with progress("diagnosis"):
+        found = diagnose(
+            measured,
+            model,
+            field_strength_nT=field_strength_nT,
+            field_enu_nT=field_vector(field_enu_nT),
+            confirm=confirm,
+            policy=changed(STANDARD, set_ or ()),
+            actuators=actuator or (),
+            reading=reading,
+            run=run,
+            sensor=sensor,
+            reference_sensor=reference_sensor,
+            scheduler=scheduler,
+            out=place,
+            say=lambda stage: say(f"diagnosis: {stage}"),
+        )
     _show(found, place, json)
     if not found.verdict.explained or any(one.answer.verdict == "changed" for one in found.stated):
         raise typer.Exit(1)

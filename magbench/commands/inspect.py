@@ -30,10 +30,11 @@ def command(
     Example: magbench inspect log.csv --map time_s=t,unit=ms --map mag_x_nT=bx,unit=uT -o out/look
     """
     from magbench.api.inspect import inspect
-    from magbench.console import emit, say
+    from magbench.console import emit, progress, say
     from validation.inspection.inspection import summary
 
-    found = inspect(data, field_strength_nT, reading=reading, run=run, out=out)
+    with progress(f"inspecting {data.name}"):
+        found = inspect(data, field_strength_nT, reading=reading, run=run, out=out)
     if json:
         emit(summary(found))
     else:

@@ -68,4 +68,4 @@ def _items(kind: ListKind) -> dict[str, str]:
         return {name: sensor.summary for name, sensor in SENSORS.items()}
     from sim.effects import EFFECTS, summary
 
-    return {cls.name: summary(cls.name) for cls in EFFECTS}
+    return {cls.name: summary(cls.name).replace("``", "") for cls in EFFECTS}

@@ -86,7 +86,7 @@ def command(
     if after is None:
         none_of(reading.stated, "speaks of a log", "name it with --after, or leave it out")
     from magbench.api.plan import plan
-    from magbench.console import emit, progress, say, show_table
+    from magbench.console import emit, progress, say, show_table, show_text
     from validation.planning.summary import HEADS
 
     place = out or Path("out") / f"plan-{vehicle}"
@@ -110,7 +110,7 @@ def command(
     if json:
         emit((found.written or {}) | {"out": str(place)})
     else:
+        show_text(f"{found!r}\n")
         show_table("", HEADS, found.rows())
-    say(repr(found))
     scenario = "" if found.scenario is None else f"{found.scenario.name}.toml, "
     say(f"{place}: {scenario}plan.json, report.html")

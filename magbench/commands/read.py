@@ -35,9 +35,10 @@ def command(
     Example: magbench read flight.bin -o flight.parquet
     """
     from magbench.api.read import read
-    from magbench.console import emit, say
+    from magbench.console import emit, progress, say
 
-    found = read(log, out=out, reading=reading)
+    with progress(f"reading {log.name}"):
+        found = read(log, out=out, reading=reading)
     if json:
         emit(found.summary() | {"out": None if out is None else str(out)})
     else:

@@ -62,22 +62,23 @@ def command(
     Example: magbench recheck calibration.json today.csv --field-strength-nT 48152 --tolerance-deg 2
     """
     from magbench.api.recheck import recheck
-    from magbench.console import emit, show_table, show_text
+    from magbench.console import emit, progress, show_table, show_text
     from validation.rechecking.summary import HEADS, headline, rows
 
-    found = recheck(
-        old,
-        data,
-        field_strength_nT,
-        field_enu_nT=field_vector(field_enu_nT),
-        tolerance_deg=tolerance_deg,
-        compass=compass,
-        old_unit=old_unit,
-        old_norm=old_norm,
-        sensor=sensor,
-        reading=reading,
-        run=run,
-    )
+    with progress(f"comparing with {data.name}"):
+        found = recheck(
+            old,
+            data,
+            field_strength_nT,
+            field_enu_nT=field_vector(field_enu_nT),
+            tolerance_deg=tolerance_deg,
+            compass=compass,
+            old_unit=old_unit,
+            old_norm=old_norm,
+            sensor=sensor,
+            reading=reading,
+            run=run,
+        )
     if json:
         emit(found.summary())
     else:

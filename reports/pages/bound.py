@@ -1,13 +1,25 @@
-"""Page of a bound swept over the values of a key: answer, table, plots."""
+"""Pages of a bound, and of a bound over the values of a key: answer, tables, plots."""
 
 from __future__ import annotations
 
-from reports.pages.section import Section, drawn_sections
+from collections.abc import Sequence
+
+from reports.pages.section import DrawnSection, Section, drawn_sections
 from reports.pages.template import render_page
-from reports.plots.bound import draw_offset, draw_score_bounds
-from validation.bound.query import WhatIf
-from validation.bound.summary import headline, what_if_headline, what_if_heads, what_if_rows
-from validation.text import short
+from reports.plots.bound import draw_components, draw_offset, draw_score_bounds
+from validation.bound.query import BoundAnswer, WhatIf
+from validation.bound.summary import (
+    HEADS,
+    SCORE_HEADS,
+    Row,
+    headline,
+    rows,
+    score_rows,
+    what_if_headline,
+    what_if_heads,
+    what_if_rows,
+)
+from validation.text import given
 
 SECTIONS = (
     Section("Offset",
@@ -17,17 +29,32 @@ SECTIONS = (
 )  # fmt: skip
 
 
-def bound_page(what_if: WhatIf, title: str) -> str:
-    """Return the page as self-contained HTML."""
+COMPONENTS = Section(
+    "Offset by axis", "Least standard deviation that any method can reach; no bar: not observable.", draw_components
+)
+
+
+def bound_page(found: BoundAnswer, title: str) -> str:
+    """Return the page of a bound as self-contained HTML."""
+    tables = [(HEADS, rows(found)), (SCORE_HEADS, score_rows(found.used))]
+    sections = drawn_sections((COMPONENTS,), found)
+    return _rendered(title, headline(found).splitlines(), tables, sections, [])
+
+
+def what_if_page(what_if: WhatIf, title: str) -> str:
+    """Return the page of a bound over the values of a key as self-contained HTML."""
     values = zip(what_if.values, what_if.answers, strict=True)
-    return render_page(
-        "bound.html",
-        {
-            "title": title,
-            "sentence": what_if_headline(what_if),
-            "heads": what_if_heads(what_if),
-            "rows": what_if_rows(what_if),
-            "sections": drawn_sections(SECTIONS, what_if),
-            "points": [(f"{what_if.key} = {short(value)}", headline(one).splitlines()) for value, one in values],
-        },
-    )
+    points = [(f"{what_if.key} = {given(value)}", headline(one).splitlines()) for value, one in values]
+    tables = [(what_if_heads(what_if), what_if_rows(what_if))]
+    return _rendered(title, [what_if_headline(what_if)], tables, drawn_sections(SECTIONS, what_if), points)
+
+
+def _rendered(
+    title: str,
+    sentences: Sequence[str],
+    tables: Sequence[tuple[Row, Sequence[Row]]],
+    sections: Sequence[DrawnSection],
+    points: Sequence[tuple[str, Sequence[str]]],
+) -> str:
+    values = {"title": title, "sentences": sentences, "tables": tables, "sections": sections, "points": points}
+    return render_page("bound.html", values)

@@ -292,7 +292,8 @@ def _area(parts: Sequence[Array], artist: Any) -> dict[str, Any]:
 def _joined(parts: Sequence[Array]) -> dict[str, list[float | None]]:
     """Return x and y of all polylines in a row, None between two of them."""
     gap = np.full((1, 2), np.nan)
-    points = np.concatenate([part for each in parts for part in (np.asarray(each, dtype=np.float64), gap)])[:-1]
+    pieces = [part for each in parts for part in (np.asarray(each, dtype=np.float64), gap)]
+    points = np.concatenate([*pieces, np.empty((0, 2))])[:-1]  # a bar without value has no outline
     return {"x": _rounded(points[:, 0]), "y": _rounded(points[:, 1])}
 
 

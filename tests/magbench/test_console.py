@@ -2,25 +2,44 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 
 import pytest
 
+from magbench import console
 from magbench.console import PlainLines
 from reports.outputs.run import run_scenario
 from sim.dataset_writer import generate
 from tests.short import short
 
 
-def test_plain_lines_come_at_the_start_at_the_end_and_ten_seconds_apart(capsys: pytest.CaptureFixture[str]) -> None:
-    clock = iter(range(1000))
-    lines = PlainLines("working", lambda: float(next(clock)))
-    for done in range(101):
-        lines(done / 100, 1)
+def test_plain_lines_come_at_the_start_at_the_end_and_five_seconds_apart(capsys: pytest.CaptureFixture[str]) -> None:
+    now_s = [0.0]
+    lines = PlainLines("working", lambda: now_s[0])
+    for second in range(101):
+        now_s[0] = float(second)
+        lines(second / 100, 1)
     told = capsys.readouterr().err.splitlines()
-    assert told[0] == "working: 0 %"
-    assert told[-1] == "working: 100 %"
-    assert 8 <= len(told) <= 12
+    assert told[:2] == ["working: 0 %, 0 s", "working: 5 %, 5 s"]
+    assert told[-1] == "working: 100 %, 100 s"
+    assert len(told) == 21
+
+
+def test_a_step_that_reports_nothing_tells_its_time(capsys: pytest.CaptureFixture[str]) -> None:
+    now_s = [0.0]
+    lines = PlainLines("inspecting flight.bin", lambda: now_s[0])
+    for second in range(12):
+        now_s[0] = float(second)
+        lines.remind()
+    assert capsys.readouterr().err.splitlines() == ["inspecting flight.bin: 5 s", "inspecting flight.bin: 10 s"]
+
+
+def test_a_long_silence_is_broken(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr(console, "PLAIN_INTERVAL_S", 0.05)
+    with console.progress("waiting"):
+        time.sleep(0.3)
+    assert "waiting: 0 s" in capsys.readouterr().err.splitlines()
 
 
 def test_a_long_run_tells_its_progress(tmp_path: Path) -> None:

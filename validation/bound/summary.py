@@ -13,9 +13,13 @@ from validation.bound.limit import Limit
 from validation.bound.query import BoundAnswer, WhatIf
 from validation.bound.score_bounds import ScoreBound
 from validation.bound.unobservable import observable
-from validation.text import figure, listed, quantity, short, symbol
+from validation.text import figure, given, listed, quantity, symbol
 
 Row = tuple[str, ...]
+HEADS: Row = ("axis", "offset, nT", "S x", "S y", "S z")
+"""Titles of `rows`."""
+SCORE_HEADS: Row = ("at least", "error", "of what")
+"""Titles of `score_rows`."""
 NOT_OBSERVABLE = "unobservable"
 """Text for a figure that the motion does not determine."""
 
@@ -107,7 +111,7 @@ def what_if_rows(found: WhatIf) -> list[Row]:
     """Return a row for each value: standard deviations of the offset, score bounds, number of weak directions."""
     return [
         (
-            short(value),
+            given(value),
             *(_figure(std) for std in one.bound.offset_std_nT),
             _figure(one.bound.offset_rms_nT),
             *(_figure(use.value) for use in one.used),
@@ -119,7 +123,7 @@ def what_if_rows(found: WhatIf) -> list[Row]:
 
 def what_if_headline(found: WhatIf) -> str:
     """Return the best of the tried values, compared with the worst, in a sentence."""
-    sizes = {short(value): one.bound.offset_rms_nT for value, one in zip(found.values, found.answers, strict=True)}
+    sizes = {given(value): one.bound.offset_rms_nT for value, one in zip(found.values, found.answers, strict=True)}
     best, worst = min(sizes, key=sizes.__getitem__), max(sizes, key=sizes.__getitem__)
     if not isfinite(sizes[best]):
         return f"the offset cannot be determined at any of these values of {found.key}"
