@@ -38,7 +38,8 @@ def _worst(trials: list[LongTrial], errors: str, axis: int) -> Array:
     return np.array([np.abs(getattr(trial, errors)[:, axis]).max() for trial in trials])
 
 
-def _text(values: Array, unit: str, digits: int = 2) -> str:
+def worst_text(values: Array, unit: str, digits: int = 2) -> str:
+    """Return median and largest of a figure over the seeds as text."""
     return f"{np.median(values):.{digits}f} {unit} (worst of {len(values)}: {values.max():.{digits}f})"
 
 
@@ -53,7 +54,7 @@ def _strength(trials: list[LongTrial]) -> PaperRow:
     return PaperRow(
         f"largest deviation of the corrected field strength, four turns (noise {NOISE_NT:g} nT)",
         "within 2 %",
-        _text(100 * share, "%"),
+        worst_text(100 * share, "%"),
         _judge(100 * share, 100 * LIMIT_SHARE, "%"),
         f"raw {low:.2f} to {high:.2f} of the field; {sum(t.status == 'ok' for t in trials)} of {len(trials)} fits are "
         f"ok. The noise is not printed, {NOISE_NT:g} nT is our choice: see what noise the figures bear. "
@@ -81,7 +82,7 @@ def _after(trials: list[LongTrial], axis: int) -> PaperRow:
     return PaperRow(
         f"largest {name} error after, {test} (noise {NOISE_NT:g} nT)",
         paper,
-        _text(worst, "degrees"),
+        worst_text(worst, "degrees"),
         _judge(worst, limit, "degrees"),
         note,
     )
@@ -93,7 +94,7 @@ def _raw(trials: list[LongTrial], axis: int) -> PaperRow:
     return PaperRow(
         f"largest {name} error before, the same",
         f"{paper:g} degrees",
-        _text(worst, "degrees", 1),
+        worst_text(worst, "degrees", 1),
         incomparable("the turntable's errors are not printed"),
         "ours with the errors of the paper's simulation; those of its turntable test are not printed",
     )
@@ -127,7 +128,7 @@ def _alignment(trials: list[LongTrial]) -> PaperRow:
     return PaperRow(
         "V_L is needed: roll and pitch error with eq. 11 made symmetric, without eq. 12's alignment",
         "claimed, no figure",
-        f"roll {_text(roll, 'degrees')}, pitch {_text(pitch, 'degrees')}",
+        f"roll {worst_text(roll, 'degrees')}, pitch {worst_text(pitch, 'degrees')}",
         claim(
             np.median(roll) > 2 * aligned,
             "roll error more than doubled",
