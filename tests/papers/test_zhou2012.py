@@ -40,10 +40,10 @@ def test_the_bound_has_the_size_of_the_harmonics():
 def test_every_claim_holds_and_jobs_do_not_matter():
     told = []
     found = Zhou2012(seeds=6).run(progress=lambda done, total: told.append((done, total)))
-    verdicts = {row.what: row.verdict for row in found.rows}
+    verdicts = {row.what: row.verdict for row in found.rows if "flown" not in row.what}
     assert "does not hold" not in verdicts.values()
     assert sum(verdict == "holds" for verdict in verdicts.values()) == 8
-    assert told[-1] == (12, 12)
+    assert told[-1] == (30, 30)
     assert all(row.note for row in found.rows)
     table = {"0.013572", "0.000115", "-0.006312", "-0.021201", "-0.003657"}  # the paper's a1, b1, b2, c1, c2
     assert table <= {row.paper for row in found.rows}
