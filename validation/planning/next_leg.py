@@ -76,7 +76,7 @@ def next_legs(task: PlanningTask, time_s: float, target: float | None = None) ->
     information, yaw_deg, left_s = task.before, task.manoeuvre.yaw_deg, time_s
     legs: list[NextLeg] = []
     idle = None
-    while left_s > 0 and not (target is not None and legs and legs[-1].after <= target):
+    while not (target is not None and legs and legs[-1].after <= target):
         found = _leg(task.going_on(information, yaw_deg), left_s)
         if found is None:
             break

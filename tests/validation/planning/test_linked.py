@@ -15,14 +15,14 @@ from validation.bound.bound import Bound
 from validation.bound.files import scenario_experiment
 from validation.bound.limit import Tilts
 from validation.comparison.engine import SerialEngine
-from validation.planning.linked import linked
+from validation.planning.linked import linked, shortest
 from validation.planning.manoeuvre import Leg
 from validation.planning.next_leg import next_legs
 from validation.planning.next_leg_summary import headline as after_words
 from validation.planning.plan import planned
 from validation.planning.refinement import fitted
 from validation.planning.summary import headline
-from validation.planning.task import PlanningTask
+from validation.planning.task import HAND, PlanningTask
 
 LEVEL = Tilts(5.0, 5.0)
 
@@ -57,6 +57,29 @@ def test_a_leg_after_a_recording_adds_to_what_it_tells() -> None:
 def test_what_a_gyro_does_not_link_is_not_planned_for() -> None:
     with pytest.raises(InputError, match="norm\\+gyro"):
         PlanningTask.of("auv", load("standard-full"), "norm+gyro+accel")
+
+
+@pytest.fixture(scope="module")
+def hand() -> PlanningTask:
+    """A person, and few samples, for tests that take little time."""
+    return PlanningTask.of(HAND, load("standard-full", ["sampling.rate_hz=2"]), "norm+gyro", noise_std_nT=10.0)
+
+
+def test_the_shortest_by_hand_meets_its_target_and_a_shorter_one_does_not(hand: PlanningTask) -> None:
+    """Within three per cent of the time; none is shorter than a hundred seconds, for the gyro's bias."""
+    whole = linked(hand, 112.0)
+    found = shortest(hand, 1.03 * whole.error, 112.0)
+    assert found.error <= 1.03 * whole.error < linked(hand, found.time_s / 1.03).error
+    assert 100.0 < found.time_s < 112.0
+    assert shortest(hand, 0.9 * whole.error, 112.0).error == whole.error
+    assert 100.0 < shortest(hand, 10.0 * whole.error, 112.0).time_s < 103.0
+
+
+def test_what_is_promised_is_the_bound_of_the_attitudes_meant(hand: PlanningTask) -> None:
+    found = linked(hand, 100.0)
+    assert found.phase.duration_s == pytest.approx(100.0, abs=0.6)
+    assert found.error == pytest.approx(Bound.of(hand.meant(found.phase), "norm+gyro").offset_rms_nT, rel=1e-6)
+    assert linked(hand, 12.0).error == np.inf
 
 
 @pytest.mark.slow

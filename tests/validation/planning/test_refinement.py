@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -56,6 +58,8 @@ def test_a_moved_angle_stays_within_the_tilts_and_a_turn(auv: PlanningTask) -> N
     assert _moved(auv, leg, 1, -40.0) == Leg(170.0, -20.0, -8.0, 7.0)
     assert _moved(auv, leg, 2, -40.0) == Leg(170.0, 15.0, -10.0, 7.0)
     assert _moved(auv, leg, 2, 40.0) == Leg(170.0, 15.0, 10.0, 7.0)
+    narrow = replace(auv, tilts=Tilts(10.0, 12.34))  # a person reads tenths of a degree
+    assert _moved(narrow, leg, 1, 40.0) == Leg(170.0, 12.3, -8.0, 7.0)
 
 
 def test_legs_that_no_time_is_enough_for_are_returned_as_they_are(auv: PlanningTask) -> None:

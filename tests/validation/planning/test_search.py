@@ -11,8 +11,19 @@ import pytest
 from scenarios.errors import InputError
 from sim.scenario import load
 from validation.bound.limit import Tilts
+from validation.planning.manoeuvre import Leg
 from validation.planning.plan import planned
-from validation.planning.search import NARROWER, THINNED, RouteSearch, design_error, few, merged, selections
+from validation.planning.search import (
+    NARROWER,
+    THINNED,
+    LegSelection,
+    RouteSearch,
+    _without_one,
+    design_error,
+    few,
+    merged,
+    selections,
+)
 from validation.planning.task import HAND, PlanningTask
 
 TIME_S = 120.0
@@ -26,6 +37,13 @@ def hand() -> PlanningTask:
 @pytest.fixture(scope="module")
 def auv() -> PlanningTask:
     return PlanningTask.of("auv", load("standard-full"), tilts=Tilts(12.0, 20.0), noise_std_nT=10.0)
+
+
+@pytest.fixture(scope="module")
+def few_samples() -> PlanningTask:
+    """An AUV sampled twice a second, for tests that take little time."""
+    like = load("standard-full", ["sampling.rate_hz=2"])
+    return PlanningTask.of("auv", like, tilts=Tilts(12.0, 20.0), noise_std_nT=10.0)
 
 
 @pytest.fixture(scope="module")
@@ -125,6 +143,51 @@ def test_a_person_s_attitudes_are_in_steps_and_not_refined(hand: PlanningTask) -
     routes = len(search.routes)
     search.improve(60.0)
     assert len(search.routes) == routes
+
+
+@pytest.mark.parametrize(("ratio", "is_refined"), [(1.09, False), (1.11, True)])
+def test_a_route_is_refined_that_is_a_tenth_from_the_optimal_design(
+    few_samples: PlanningTask, ratio: float, is_refined: bool
+) -> None:
+    search = RouteSearch(few_samples, 80.0, (4,))
+    before, routes = search.best(80.0).error, len(search.routes)
+    search.least_in_a_second = np.sqrt(80.0) * before / ratio
+    search.improve(80.0)
+    assert (len(search.routes) > routes) is is_refined
+    assert search.best(80.0).error <= before
+
+
+def test_a_time_that_no_route_fits_into_is_given_up(few_samples: PlanningTask) -> None:
+    search = RouteSearch(few_samples, 20.0, (4,))
+    routes = list(search.routes)
+    search.improve(20.0)
+    assert search.routes == routes
+    assert search.best(20.0).error == np.inf
+
+
+def test_seconds_of_holding_take_all_the_time_that_turns_leave(few_samples: PlanningTask, by_hand: RouteSearch) -> None:
+    for search in (by_hand, RouteSearch(few_samples, 300.0, (5,))):
+        for found in (route.best(300.0) for route in search.routes):
+            assert sum(leg.amount for leg in found.legs) == pytest.approx(300.0 - turning_s(found), abs=1e-3)
+            assert any(0.01 < leg.amount % 1.0 < 0.99 for leg in found.legs)
+
+
+def turning_s(found: LegSelection) -> float:
+    """How long the phase lasts beyond its holds."""
+    least = found.task.manoeuvre.least
+    still = found.task.manoeuvre.phase([replace(leg, amount=least) for leg in found.legs])
+    return still.duration_s - least * len(found.legs)
+
+
+def test_only_a_hold_of_less_than_half_a_second_is_dropped(auv: PlanningTask) -> None:
+    legs = [Leg(yaw, pitch, 0.0, amount) for yaw, pitch, amount in ((0, 15, 9.0), (90, -15, 0.3), (180, 15, 0.7))]
+    choice = LegSelection(auv, tuple(legs), 60.0, 1.0)
+    fewer = _without_one(choice, np.inf)
+    assert fewer is not None
+    assert [leg.yaw_deg for leg in fewer.legs] == [0.0, 180.0]
+    assert _without_one(replace(choice, legs=(legs[0], legs[2])), np.inf) is None
+    assert _without_one(replace(choice, legs=legs[1:2]), np.inf) is None
+    assert _without_one(choice, 1e-9) is None
 
 
 def test_the_remaining_time_is_filled_where_that_is_better() -> None:

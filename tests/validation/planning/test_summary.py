@@ -55,10 +55,12 @@ def test_the_headline_says_what_is_missed_and_what_trials_gave(found: Plan) -> N
     assert PERFECT not in headline(found)
     assert found.staying_ratio is None
     assert len(limits(found)) == 1
-    staying = replace(found, staying=replace(found.least, value=found.error / 1.5))
+    staying = replace(found, staying=replace(found.least, value=found.error / 1.5, gap=0.01234))
     assert staying.staying_ratio == pytest.approx(1.5)
     assert "this plan has 1.5 times the limit" in headline(staying)
-    assert limits(staying)[1][2] == "1.5"
+    assert "in place is" in headline(staying)
+    assert headline(staying).count("(1.2 %)") == 1
+    assert limits(staying)[1][2:] == ("1.5", "1.2")
     assert summary(staying, "")["limit"]["staying"]["ratio"] == pytest.approx(1.5)
 
 

@@ -34,6 +34,12 @@ def test_a_vehicle_and_a_person_have_tilts_and_times_of_their_own(auv: PlanningT
     assert set(np.unique(hand.angles_deg % 45.0)) == {0.0}
 
 
+@pytest.mark.parametrize("heading_deg", [35.0, -120.0])
+def test_a_plan_begins_at_the_vehicle_s_heading(heading_deg: float) -> None:
+    like = load("auv-spiral", [f"vehicle.heading_deg={heading_deg}"])
+    assert PlanningTask.of("auv", like, noise_std_nT=10.0).manoeuvre.yaw_deg == pytest.approx(heading_deg, abs=1e-3)
+
+
 def test_gyro_methods_are_linked_and_others_are_not(auv: PlanningTask) -> None:
     linked = [replace(auv, knowledge=knowledge).linked for knowledge in ("norm", "vector", "norm+gyro")]
     assert linked == [False, False, True]
