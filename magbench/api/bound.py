@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from recordings.reading import Reading
     from sim.scenario import Scenario
     from validation.bound.experiment import Experiment
-    from validation.bound.query import BoundQuery
+    from validation.bound.query import BoundAnswer, BoundQuery
 
 Knowledge = Literal["norm", "norm+gyro", "norm+gyro+accel", "vector", "vector+eddy"]
 
@@ -57,23 +57,27 @@ def bound(
 
     Raises InputError for an unusable source, and for knowledge without its data.
     """
-    from magbench.api.planning_results import BoundResult
-    from reports.outputs.bound import write_bound
     from sim.scenario import Scenario
 
     noise = noise_std_nT, gyro_noise_rad_s, gyro_scale_std
     query = _query(knowledge, *noise, strength_unknown, coloured=coloured, tilts=tilt_limits)
     if isinstance(source, Scenario | str | PathLike) and is_scenario(source):
         spec = scenario_from(source, overrides)
-        title, found = spec.name, query.of_scenario(spec)
-    elif coloured or overrides:
+        return _written(query.of_scenario(spec), spec.name, out)
+    if coloured or overrides:
         what = "applies to a scenario, and this is a recording"
         raise InputError(what, where="--coloured, --set", do="leave it out")
-    else:
-        read = reading_from(source, maps, reading)
-        field = field_strength_nT, field_enu_nT
-        title = Path(source).name if isinstance(source, str | PathLike) else "recording"
-        found = query.answer(_experiment(source, read, run, field, noise_std_nT))
+    read = reading_from(source, maps, reading)
+    field = field_strength_nT, field_enu_nT
+    title = Path(source).name if isinstance(source, str | PathLike) else "recording"
+    return _written(query.answer(_experiment(source, read, run, field, noise_std_nT)), title, out)
+
+
+def _written(found: BoundAnswer, title: str, out: str | PathLike[str] | None) -> BoundResult:
+    """The result, with page and numbers in `out` if there is one."""
+    from magbench.api.planning_results import BoundResult
+    from reports.outputs.bound import write_bound
+
     if out is not None:
         write_bound(found, title, Path(out))
     return BoundResult.of(found)

@@ -39,10 +39,13 @@ def run(
     from reports.outputs.run import run_scenario, simulate_and_score
 
     spec = scenario_from(scenario, overrides)
+    asked = (str(scenario) if isinstance(scenario, str | Path) else "", *overrides)
     chosen = calibrators_from(with_, exec_, time_limit_s, spec.calibrators)
     if out is not None:
         return RunResult.of(
-            run_scenario(spec, Path(out), seed=seed, chosen=chosen, full=full, progress=progress, warn=warn)
+            run_scenario(
+                spec, Path(out), seed=seed, chosen=chosen, full=full, asked=asked, progress=progress, warn=warn
+            )
         )
     with place_for(None) as place:
         return RunResult.of(simulate_and_score(spec, place, seed, chosen, progress, warn))

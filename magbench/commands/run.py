@@ -57,7 +57,7 @@ def command(
     conditions = _conditions(fail_if or (), spec, **chosen)
     place = out or Path("out") / spec.name
     with progress(f"running {spec.name}") as report:
-        outcome = run(spec, place, **chosen, seed=seed, full=full, progress=report, warn=warn)
+        outcome = run(scenario, place, **chosen, overrides=set_ or (), seed=seed, full=full, progress=report, warn=warn)
     failures = [failure for one in conditions if (failure := one.failure(outcome.scores))]
     failures += not_applicable(outcome.calibrations) if with_ or exec_ else []
     _show(outcome, place, failures, json)

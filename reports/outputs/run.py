@@ -46,19 +46,20 @@ def run_scenario(
     seed: int | None = None,
     chosen: Sequence[CalibratorEntry] | None = None,
     full: bool = False,
+    asked: tuple[str, ...] = ("",),
     progress: Progress = lambda done, total: None,
     warn: Callable[[str], object] = lambda text: None,
 ) -> Outcome:
     """Write the dataset, scores.json, calibration.json, report.html and recording.rrd into `out`.
 
-    chosen : calibrators, by default the scenario's. full : the recording keeps every sample.
+    chosen : calibrators, by default the scenario's. full : the recording keeps every sample. asked : see `Outcome`.
 
     An existing dataset of the same scenario and seed is reused. Raises InputError for a bad scenario, an unknown
     calibrator, an `out` with a different dataset or a second writing process, and where the system refuses to write.
     """
     chosen = chosen or calibrators_of_scenario(scenario.calibrators)
     with locked_directory(out):
-        outcome = simulate_and_score(scenario, out, seed, chosen, progress, warn)
+        outcome = replace(simulate_and_score(scenario, out, seed, chosen, progress, warn), asked=asked)
         _write(outcome, out, FULL if full else DRAWN, progress)
     return outcome
 
@@ -75,7 +76,8 @@ def simulate_and_score(
     dataset = DatasetPlan(scenario, out, 1, scenario.seed if seed is None else seed)
     written = write_runs(dataset, 1, lambda done, total: progress(done / total, STAGES), warn)
     recording, truth = read_run(out)
-    outcome = calibrate_and_score(scenario, recording, truth, lambda part: progress(1 + part, STAGES), chosen)
+    simulated = scenario.model_copy(update={"seed": dataset.seed})
+    outcome = calibrate_and_score(simulated, recording, truth, lambda part: progress(1 + part, STAGES), chosen)
     return replace(outcome, tracking=written.files[0].tracking)
 
 

@@ -25,7 +25,9 @@ def gates_page(outcomes: list[GateOutcome], title: str, false_fail_rate: float) 
         for one in outcomes
     ]
     values = {"title": title, "headline": headline(outcomes), "runs": figure(1.0 / false_fail_rate)}
-    return render_page("gates.html", values | {"heads": HEADS, "rows": gate_rows(outcomes), "gates": gates})
+    return render_page(
+        "gates.html", values | {"heads": HEADS, "rows": gate_rows(outcomes, marks=False), "gates": gates}
+    )
 
 
 def gates_markdown(outcomes: list[GateOutcome], title: str) -> str:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import groupby
 from typing import Any
+
+import numpy as np
 
 from reports.pages.section import DrawnSection, Section, drawn_sections
 from reports.pages.template import render_page
@@ -19,6 +22,7 @@ from reports.text.inspection import MARKS, answer_texts, attention_points, findi
 from validation.inspection.inspection import Inspection
 from validation.inspection.sensor_data import SensorData
 from validation.policy import POLICY
+from validation.text import duration, figure
 
 
 def _moves(data: SensorData) -> bool:
@@ -61,16 +65,34 @@ def inspection_page(inspection: Inspection) -> str:
 
 def _page(inspection: Inspection) -> dict[str, Any]:
     sections = groupby(inspection.findings, key=lambda finding: finding.section)
+    attention = attention_points(inspection)
     return {
         "file": inspection.log.path.name,
         "answer": answer_texts(inspection),
-        "attention": attention_points(inspection),
+        "date": inspection.log.origin.date or "",
+        "tiles": list(_tiles(inspection)),
+        "warnings": [text for mark, text in attention if mark == MARKS["warning"]],
+        "notes": [text for mark, text in attention if mark != MARKS["warning"]],
         "sections": [
             (title, [(finding_name(f), MARKS[f.level], *value_and_unit(f), f.text) for f in findings])
             for title, findings in sections
         ],
         "figures": [section for data in inspection.sensors for section in _sections(data)],
     }
+
+
+def _tiles(inspection: Inspection) -> Iterator[tuple[str, str, str]]:
+    """Yield the headline figures of the first magnetometer (value, unit, label)."""
+    known = {(one.section, one.name): one.value for one in reversed(inspection.findings)}
+    yield str(len(inspection.warnings)), "", "warnings"
+    time_s = inspection.sensors[0].series.time_s if inspection.sensors else np.empty(0)
+    if len(time_s) > 1:
+        length, unit = duration(float(np.ptp(time_s))).split()
+        yield length, unit, f"{len(time_s)} samples"
+    if coverage := known.get(("motion", "coverage")):
+        yield figure(100 * coverage["share"], 2), "%", "of the sphere's directions"
+    if white := known.get(("noise", "white")):
+        yield figure(float(np.sqrt(np.mean(np.square(white))))), "nT", "white noise a sample, rms of the axes"
 
 
 def _sections(data: SensorData) -> list[DrawnSection]:

@@ -73,6 +73,7 @@ def _page(outcome: Outcome) -> dict[str, Any]:
         "failed_last": FAILED_LAST,
         "one_run": ONE_RUN,
         "compare": compare_command(outcome),
+        "changes": outcome.asked[1:],
         "tiles": _tiles(outcome),
         "aligned": ALIGNED,
         "what": scenario_description(outcome),

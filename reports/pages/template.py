@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import jinja2
+from markupsafe import Markup, escape
 
 from reports.pages.packed import packed_plotly
 from reports.pages.section import PLOT_CLASS
@@ -14,6 +16,7 @@ from validation.text import digits, sentence
 
 TEMPLATES = Path(__file__).parent.parent / "templates"
 END = "</body>"
+CODE = re.compile("`([^`]+)`")
 
 
 def render_page(name: str, values: Mapping[str, Any]) -> str:
@@ -26,8 +29,14 @@ def render_page(name: str, values: Mapping[str, Any]) -> str:
     )
     environment.filters["digits"] = digits
     environment.filters["sentence"] = sentence
+    environment.filters["coded"] = coded
     page = environment.get_template(name).render(values)
     return page.replace(END, _scripts(page) + END)
+
+
+def coded(text: str) -> Markup:
+    """Return a text as HTML, with what stands between backticks as code."""
+    return Markup(CODE.sub(r"<code>\1</code>", str(escape(text))))
 
 
 def _scripts(page: str) -> str:

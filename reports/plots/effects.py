@@ -7,14 +7,14 @@ from matplotlib.figure import Figure
 
 from reports.palette import XYZ
 from reports.plots.style import draw_lines, draw_phase_bands, label_time_axis, panels
-from reports.text.outcome import rms_length
+from reports.text.outcome import acting_effects, rms_length
 from validation.scoring.outcome import Outcome
 from validation.text import digits
 
 
 def draw_effect_sizes(outcome: Outcome) -> Figure:
     """Draw the root mean square of each effect's contribution on a logarithmic scale, in the order of the chain."""
-    sizes = {name: rms_length(value) for name, value in outcome.effects.items()}
+    sizes = {name: rms_length(value) for name, value in acting_effects(outcome).items()}
     drawn = {name: size for name, size in sizes.items() if size > 0}
     figure, axis = panels(0.6 + 0.27 * max(1, len(sizes)))
     floor = 10 ** np.floor(np.log10(min(drawn.values(), default=1.0)) - 0.3)
@@ -34,7 +34,7 @@ def draw_effect_sizes(outcome: Outcome) -> Figure:
 
 def draw_effects(outcome: Outcome) -> Figure:
     """Draw the contribution of each effect over time by component; each panel has a scale of its own."""
-    effects = outcome.effects
+    effects = acting_effects(outcome)
     rows = max(1, -(-len(effects) // 2))
     figure, axes = panels(1.45 * rows + 0.5, rows, 2, sharex=True, squeeze=False)
     for axis, (name, value) in zip(axes.flat, effects.items(), strict=False):

@@ -18,8 +18,8 @@ KEPT, OVER = LINES[0], LINES[1]
 def draw_gate_course(outcome: GateOutcome) -> Figure:
     """Draw each trial's value and the limit; below, evidence for and against the limit, which decides at 1."""
     figure = Figure(figsize=(WIDTH_IN, 4.6))
-    values, evidence = figure.subplots(2, 1, sharex=True, gridspec_kw={"hspace": 0.12})
-    figure.subplots_adjust(left=0.08, right=0.99, top=0.97, bottom=0.1)
+    values, evidence = figure.subplots(2, 1, sharex=True, gridspec_kw={"hspace": 0.24})
+    figure.subplots_adjust(left=0.08, right=0.99, top=0.93, bottom=0.1)
     _draw_values(values, outcome)
     _draw_evidence(evidence, outcome)
     evidence.set_xlabel("trials looked at")
@@ -42,7 +42,7 @@ def _draw_values(axis: Any, outcome: GateOutcome) -> None:
         axis.yaxis.set_minor_formatter(NullFormatter())
     unit = gate.unit or ("" if gate.kind == "limit" else f"x {gate.reference or 'baseline'}")
     axis.set_ylabel(", ".join(filter(None, (gate.score_definition.short, unit))))
-    axis.legend(loc="upper right", ncols=3)
+    axis.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.2)
 
 
 def _draw_evidence(axis: Any, outcome: GateOutcome) -> None:
@@ -56,4 +56,4 @@ def _draw_evidence(axis: Any, outcome: GateOutcome) -> None:
     axis.axhline(1.0, color=INK, linewidth=1.0, linestyle="--")
     axis.axhline(0.0, color=RAW, linewidth=0.6)
     axis.set(ylim=(-1.2, 1.2), ylabel="ln of evidence / needed")
-    axis.legend(loc="lower left", ncols=2)
+    axis.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.2)

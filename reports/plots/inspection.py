@@ -9,7 +9,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
 from calib.numerics.noise import white_noise_std
-from reports.palette import INK, RAW, SOFT, XYZ
+from reports.palette import INK, LINES, RAW, SOFT, XYZ
 from reports.plots.style import clip_outliers, legend_at_right, panels, time_scale
 from scenarios.arrays import Array
 from validation.inspection.sensor_data import SensorData
@@ -24,6 +24,8 @@ CODES = 16
 EDGE_STEPS = 8
 """Straight pieces that draw a cell's edge."""
 MOST_TONES = 8
+AFTER_FIT = LINES[3]
+"""Colour of the strength after the ellipsoid fit, none of the components' colours."""
 
 
 def draw_coverage(data: SensorData) -> Figure:
@@ -84,7 +86,7 @@ def draw_strength(data: SensorData) -> Figure:
     strength = np.linalg.norm(series.mag_nT, axis=1)
     _line(whole, series.time_s, strength, color=RAW, label="as measured")
     if corrected is not None:
-        _line(whole, series.time_s, np.linalg.norm(corrected, axis=1), color=XYZ[0], label="after ellipsoid fit")
+        _line(whole, series.time_s, np.linalg.norm(corrected, axis=1), color=AFTER_FIT, label="after ellipsoid fit")
     scale, unit = time_scale(series.time_s)
     for axis, label in ((parts, "field (nT)"), (whole, "strength (nT)")):
         for gap in find_gaps(series.time_s):

@@ -34,6 +34,8 @@ DIGITS = 6
 STEPS_A_SPAN, STEPS_A_VALUE = 2e4, 1e4
 """Steps of a coordinate in the span of its trace, and in its own size, whichever are finer: a page is a few thousand
 pixels wide, and a logarithmic axis shows values of every size."""
+FEW_DECADES = 1.3
+"""Span of a logarithmic axis, in decades, below which ticks between the powers of ten have labels too."""
 DASHES = {"-": "solid", "--": "dash", ":": "dot", "-.": "dashdot"}
 MARKERS = {"o": "circle", ".": "circle", "|": "line-ns-open", "_": "line-ew-open"}
 """Plotly's symbol for each matplotlib marker in use."""
@@ -141,8 +143,7 @@ def _axis(one: Any, limits: tuple[float, float]) -> dict[str, Any]:
     if scale not in ("linear", "log"):
         raise NotInteractive(f"plotly has no {scale!r} axis")
     found: dict[str, Any] = {
-        "range": [_short(v) for v in (np.log10(limits) if scale == "log" else limits)],
-        "type": scale,
+        **_scaled(scale, np.log10(limits) if scale == "log" else np.array(limits)),
         "title": {"text": one.get_label_text(), "standoff": 4},
         "automargin": True,
         "showticklabels": any(tick.label1.get_visible() for tick in one.get_major_ticks()[:1]),
@@ -153,6 +154,12 @@ def _axis(one: Any, limits: tuple[float, float]) -> dict[str, Any]:
     if any(WORD.match(word) for word in words):
         found |= {"tickmode": "array", "tickvals": [float(v) for v in one.get_ticklocs()], "ticktext": words}
     return found
+
+
+def _scaled(scale: str, limits: Array) -> dict[str, Any]:
+    """Return scale and range (2) of an axis; of a logarithmic one, whether ticks between powers of ten have labels."""
+    labels = {"minorloglabels": "complete" if np.ptp(limits) < FEW_DECADES else "none"} if scale == "log" else {}
+    return {"type": scale, "range": [_short(v) for v in limits], **labels}
 
 
 def _title(text: str, number: int) -> dict[str, Any]:

@@ -30,7 +30,11 @@ const draw = async (places) => {
   for (const place of places) {
     const plot = JSON.parse(await unpack(place.nextElementSibling));
     place.style.height = "";
-    Plotly.newPlot(place, plot.data, plot.layout, { responsive: true, displaylogo: false });
+    const columns = new Set(Object.entries(plot.layout).filter(([key]) => key.startsWith("xaxis")).map(([, axis]) => axis.domain[0]));
+    if (columns.size > 1) place.classList.add("wide");
+    const touch = matchMedia("(max-width: 700px)").matches;
+    if (touch) plot.layout.dragmode = false;
+    Plotly.newPlot(place, plot.data, plot.layout, { responsive: true, displaylogo: false, displayModeBar: touch ? false : "hover" });
     await new Promise((rest) => setTimeout(rest));
   }
 };

@@ -23,12 +23,12 @@ def headline(outcomes: Sequence[GateOutcome]) -> str:
     return ", ".join(parts) or f"{counted(len(outcomes), 'gate')} passed"
 
 
-def gate_rows(outcomes: Sequence[GateOutcome]) -> list[tuple[str, ...]]:
-    """Return a row per gate: `HEADS`."""
+def gate_rows(outcomes: Sequence[GateOutcome], *, marks: bool = True) -> list[tuple[str, ...]]:
+    """Return a row per gate: `HEADS`; marks : an emoji before each verdict, for a pull request."""
     return [
         (
             one.plan.gate.name,
-            f"{MARKS[one.verdict]} {one.verdict}",
+            f"{MARKS[one.verdict]} {one.verdict}" if marks else one.verdict,
             value_with_unit(one, one.measured) if np.isfinite(one.measured) else "no value",
             value_with_unit(one, one.plan.gate.factor),
             str(one.decision.trials),

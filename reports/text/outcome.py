@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import shlex
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -49,13 +50,20 @@ def scenario_description(outcome: Outcome) -> str:
         else f"the IGRF-14 field at {field.latitude_deg:g}° latitude, {field.longitude_deg:g}° longitude, {field.date},"
     )
     sensors = "one three-axis magnetometer" if outcome.sensors == 1 else f"{outcome.sensors} three-axis magnetometers"
-    names = [words(name) for name in outcome.effects]
+    acting = acting_effects(outcome)
+    names, idle = [words(name) for name in acting], [words(name) for name in outcome.effects if name not in acting]
     injected = f"Effects injected ({len(names)}): {', '.join(names)}." if names else "No effect was injected."
+    injected += f" Without a contribution to the field: {', '.join(idle)}." if idle else ""
     moved, length = VEHICLES[scenario.vehicle.kind].noun, duration(duration_s(outcome))
     return (
         f"{moved[0].upper()}{moved[1:]} moved through {phases} in {place} for {length}, "
         f"carrying {sensors} sampled at {scenario.sampling.rate_hz:g} Hz. {injected}"
     )
+
+
+def acting_effects(outcome: Outcome) -> dict[str, Array]:
+    """Return the contributions (n, 3) of the effects that change the measured field, in the order of the chain."""
+    return {name: value for name, value in outcome.effects.items() if value.any()}
 
 
 FAILED_LAST = "Failed and ranked last:"
@@ -83,12 +91,11 @@ def failed_calibrators(recommendation: Recommendation) -> list[tuple[str, str]]:
 
 
 def compare_command(outcome: Outcome) -> str:
-    """Return the command that runs the scenario many times; a scenario outside the catalogue appears as SCENARIO.toml.
-
-    Options of the run, such as --set, have to be added.
-    """
-    name = outcome.scenario.name
-    return f"magbench compare {name if name in scenario_names() else 'SCENARIO.toml'} --trials 100"
+    """Return the command that runs the scenario, as asked for, many times; SCENARIO.toml for one made in Python."""
+    name, *changes = outcome.asked
+    named = name or (outcome.scenario.name if outcome.scenario.name in scenario_names() else "SCENARIO.toml")
+    options = "".join(f" --set {shlex.quote(change)}" for change in changes)
+    return f"magbench compare {shlex.quote(named)} --trials 100{options}"
 
 
 def score_table(outcome: Outcome) -> dict[str, Any]:

@@ -18,6 +18,7 @@ from validation.text import figure
 SECTION = "units"
 USUAL_NT = 50_000.0
 """Typical strength of the Earth's field."""
+EARTH = " to ".join(figure(one) for one in POLICY.earth_nT) + " nT"
 
 
 def unit_findings(log: RawLog, data: SensorData, raw: Series) -> list[Finding]:
@@ -50,11 +51,12 @@ def _field(log: RawLog, data: SensorData, raw: Series) -> Finding:
         scale = figure(USUAL_NT / strength) if strength > 0 else "<nT a count>"
         maps = f"--map {names[0]}={log.sources.get(names[0], names[0])},scale={scale}"
         text = f"The median strength, {figure(strength)}, is not plausible in any unit, perhaps raw counts: {maps} "
-        return found(text + "and alike for y and z would make it 50,000 nT.", "warning")
+        return found(text + f"and alike for y and z would make it {figure(USUAL_NT)} nT.", "warning")
     if not POLICY.earth_nT[0] <= strength <= POLICY.earth_nT[1]:
-        text = f"The median strength is {figure(strength, 4)} nT, but the Earth's field has 20,000 to 70,000 nT: "
+        text = f"The median strength is {figure(strength, 4)} nT, but the Earth's field has {EARTH}: "
         return found(text + "a strong magnet or iron nearby, or a wrong scale factor.", "warning")
-    return found(f"The median strength, {figure(strength, 5)} nT, is that of the Earth's field.", "")
+    text = f"The median raw strength, {figure(strength, 5)} nT with iron, lies where the Earth's field does ({EARTH})."
+    return found(text, "")
 
 
 def _hard_iron(raw: Series, strength: float) -> str:

@@ -27,6 +27,7 @@ class Outcome:
     calibrations : by calibrator, in the order of the scenario. scores : likewise, and last the raw measurement, which
     is never ranked. corrected : the corrected field (n, 3), nT, body frame, by calibrator with an estimate.
     tracking : how well the vehicle followed the path, None without a path. needs : signals needed by each calibrator.
+    asked : the scenario as the caller named it and the changed values KEY=VALUE; ("",) for a scenario made in Python.
     Pictures of a sensor array show sensor 1.
     """
 
@@ -38,6 +39,7 @@ class Outcome:
     corrected: dict[str, Array]
     tracking: Tracking | None = None
     needs: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    asked: tuple[str, ...] = ("",)
 
     def __repr__(self) -> str:
         """Return a line: scenario, recommended calibrator, number of failures."""

@@ -3,11 +3,19 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from reports.text.outcome import duration_s, notes_markdown, rms_length, scenario_description, score_table
+from reports.text.outcome import (
+    compare_command,
+    duration_s,
+    notes_markdown,
+    rms_length,
+    scenario_description,
+    score_table,
+)
 from tests.reports.outcome_example import example_outcome
 
 
@@ -71,3 +79,16 @@ def test_every_score_of_the_table_is_explained(outcome):
     assert {head["name"] for head in table["heads"]} <= {one.short for one in table["meanings"]}
     assert table["heads"][0]["ranks"]
     assert [head["unit"] for head in table["heads"] if head["name"] == "heading"] == ["°"]
+
+
+def test_the_command_that_compares_names_what_was_run(outcome):
+    outcome = replace(outcome, asked=("my flights/one.toml", "sampling.rate_hz=5"))
+    assert compare_command(outcome) == "magbench compare 'my flights/one.toml' --trials 100 --set sampling.rate_hz=5"
+
+
+def test_an_effect_without_contribution_is_not_counted(outcome):
+    idle = np.zeros_like(outcome.truth.field_nT)
+    truth = replace(outcome.truth, effects={**outcome.truth.effects, "attitude_misalignment": idle})
+    text = scenario_description(replace(outcome, truth=truth))
+    assert f"Effects injected ({len(outcome.effects)})" in text
+    assert "Without a contribution to the field: attitude misalignment." in text
