@@ -243,6 +243,30 @@ def ellipsoid() -> str:
     return _table(heads, reproduced.ellipsoid())
 
 
+def flown() -> str:
+    """Figures of three papers by motions flown in the engine."""
+    import reproduced  # beside this file; it flies and fits for half a minute
+
+    heads = ("figure, median", "printed", "the paper's motion", "turntable", "AUV", "quadrotor")
+    return _table(heads, reproduced.flown())
+
+
+def rivals() -> str:
+    """The rivals that [Li2017] cites."""
+    import reproduced  # beside this file
+
+    heads = ("rival, error in nT", "strength", "worst component", "strength with eddy currents")
+    return _table(heads, reproduced.rivals())
+
+
+def arrangements() -> str:
+    """The arrangements of sensors that [Ding2021] names."""
+    import reproduced  # beside this file
+
+    heads = ("arrangement", "error, one baseline, %", "error, in one ball, %", "noise, s / d")
+    return _table(heads, reproduced.arrangements())
+
+
 def peers() -> str:
     """The public packages beside our calibrators."""
     return _table(public.heads(), public.compared())
@@ -287,11 +311,15 @@ TABLES: dict[str, Callable[[], str]] = {
     "sheets": sheets,
     "tracking": tracking,
     "zhang2018-ellipsoid": ellipsoid,
+    "papers-flown": flown,
+    "li2017-rivals": rivals,
+    "ding2021-arrangements": arrangements,
     PEERS: peers,
     **{f"verdict-{name}": verdict(name) for name in Verdict},
 }
 """Every table by the name that a page asks for."""
-MEASURED = ("tracking", "zhang2018-ellipsoid", PEERS, *(name for name in TABLES if name.startswith("verdict-")))
+PAPERS_TABLES = ("zhang2018-ellipsoid", "papers-flown", "li2017-rivals", "ding2021-arrangements")
+MEASURED = ("tracking", *PAPERS_TABLES, PEERS, *(name for name in TABLES if name.startswith("verdict-")))
 
 
 if __name__ == "__main__":
