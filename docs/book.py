@@ -31,6 +31,7 @@ def copy(source: Path) -> None:
     files = {name: path.read_bytes() for name, path in _files()} | {name: text.encode() for name, text in _texts()}
     for name, content in files.items():
         _put(source / name, content)
+    (source / "extra").mkdir(exist_ok=True)
     for path in source.rglob("*.md"):
         if path.relative_to(source).as_posix() not in files:
             path.unlink()

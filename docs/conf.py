@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-sys.path.insert(0, str(Path(__file__).parent))
-
 import docstrings
+import executed
 
 import magbench
 
@@ -21,7 +18,8 @@ copyright = "the magbench authors, Apache-2.0"
 version = release = magbench.__version__
 extensions = ["sphinx.ext.autodoc", "myst_parser", "sphinx_design", "sphinx_copybutton"]
 root_doc = "index"
-exclude_patterns = ["**/*.py"]
+exclude_patterns = ["extra"]
+html_extra_path = ["extra"]
 myst_enable_extensions = ["colon_fence"]
 myst_heading_anchors = 4
 default_role = "code"
@@ -34,6 +32,8 @@ copybutton_prompt_text = r"\$ |>>> |\.\.\. "
 copybutton_prompt_is_regexp = True
 html_theme = "pydata_sphinx_theme"
 html_title = f"magbench {release}"
+html_static_path = ["style"]
+html_css_files = ["site.css"]
 html_show_sourcelink = False
 html_copy_source = False
 html_theme_options: dict[str, Any] = {
@@ -48,5 +48,6 @@ html_theme_options: dict[str, Any] = {
 
 
 def setup(app: Sphinx) -> None:
-    """Read docstrings as the project writes them."""
+    """Read docstrings as the project writes them, and run the blocks of the pages that teach."""
+    app.connect("source-read", executed.source_read)
     app.connect("autodoc-process-docstring", docstrings.process)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import io
 import re
 from pathlib import Path
 
 import book
 import docstrings
+import executed
 import pytest
 import reference_pages
 
@@ -83,3 +85,64 @@ def test_the_site_builds_without_a_warning_and_asks_for_nothing_of_the_network(t
     assert len(pages) > len(list((ROOT / "docs").glob("*.md")))
     fetched = r"<(?:script|img|link)[^>]*(?:src|href)=\"(?:https?:)?//"
     assert not [found for text in pages for found in re.findall(fetched, text)]
+
+
+PAGE = """```sh
+magbench list vehicles
+```
+
+```python
+from matplotlib.figure import Figure
+
+Figure()
+```
+
+```toml
+# own.toml
+name = "own"
+```
+
+```python
+from pathlib import Path
+
+Path("own.toml").read_text().count("own")
+```
+"""
+
+
+def test_what_blocks_print_and_draw_stands_below_them(tmp_path: Path) -> None:
+    (tmp_path / "tutorials").mkdir()
+    text = executed.executed(PAGE, tmp_path, "tutorials/page")
+    listed, drawn, counted = (
+        part.split("```\n", 1)[1] for part in re.split("^```(?:sh|python)\n", text, flags=re.M)[1:]
+    )
+    assert "turntable" in listed
+    assert "![`Figure()`](pictures/page-1.png)" in drawn
+    assert (tmp_path / "tutorials" / "pictures" / "page-1.png").is_file()
+    assert counted == "\n```text\n2\n```\n"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", sorted((ROOT / "docs" / "tutorials").glob("*.md")), ids=lambda page: page.stem)
+def test_every_block_of_a_tutorial_runs(page: Path, tmp_path: Path) -> None:
+    (tmp_path / "tutorials").mkdir()
+    executed.executed(page.read_text(encoding="utf-8"), tmp_path, f"tutorials/{page.stem}")
+
+
+def test_a_command_that_fails_stops_the_build(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="tutorials/page: magbench list nothing"):
+        executed.executed("```sh\nmagbench list nothing\n```\n", tmp_path, "tutorials/page")
+
+
+def test_of_much_the_first_paragraph_is_shown_and_all_on_request() -> None:
+    assert executed.printed("a\nb\n") == "\n```text\na\nb\n```\n"
+    text = executed.printed("first\n\n" + "\n".join(f"line {k}" for k in range(40)))
+    assert text.startswith("\n```text\nfirst\n```\n\n::::{dropdown} All 42 lines\n")
+    assert "line 39\n" in text
+
+
+def test_a_page_notes_a_line_once_and_no_progress() -> None:
+    shown, known = io.StringIO(), set[str]()
+    for _ in range(2):
+        executed.Notes(shown, known).write("attitude: XKQ\nrunning: 4 %\n")
+    assert shown.getvalue() == "attitude: XKQ\n"
