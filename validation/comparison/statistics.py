@@ -48,12 +48,8 @@ def width_ratio(n: int) -> float:
 
 def _middle(x: Array) -> float:
     """Return the median of sorted values; infinite where a middle value is infinite."""
-    return _between(x[(len(x) - 1) // 2], x[len(x) // 2], 0.5)
-
-
-def _between(one: float, other: float, share: float) -> float:
-    """Interpolate between two values; infinite where a value with weight is infinite."""
-    return float(one) if one == other or share == 0.0 else float((1 - share) * one + share * other)
+    one, other = float(x[(len(x) - 1) // 2]), float(x[len(x) // 2])
+    return (one + other) / 2
 
 
 def rate(events: int, n: int) -> Interval:

@@ -57,3 +57,17 @@ def test_bounds_of_other_knowledge_are_not_taken(design: Design, computed: list[
     (found,) = KeptBounds(file, design, frozenset({"vector"})).of(0, [0])
     assert computed == [0, 0]
     assert {of for of, _ in found} == {"vector"}
+
+
+def test_without_a_knowledge_nothing_is_known_and_no_file_is_written(design: Design, tmp_path: Path) -> None:
+    assert KeptBounds(tmp_path / BOUNDS, design, frozenset()).of(0, [3, 4]) == [{}, {}]
+    assert not (tmp_path / BOUNDS).exists()
+
+
+def test_bounds_of_points_stand_side_by_side(design: Design, computed: list[int], tmp_path: Path) -> None:
+    kept = KeptBounds(tmp_path / BOUNDS, design, NORM)
+    (quiet,), (loud,) = kept.of(0, [0]), kept.of(1, [0])
+    key = ("norm", "offset_error_nT")
+    assert loud[key] == pytest.approx(10 * quiet[key])  # noises of 5 and 50 nT
+    assert KeptBounds(tmp_path / BOUNDS, design, NORM).of(1, [0]) == [loud]
+    assert computed == [0, 0]

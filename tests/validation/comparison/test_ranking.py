@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -87,6 +89,82 @@ def test_several_points_are_summed_up_and_told_each():
     text = overall_sentence(answers, ["noise 1", "noise 5", "noise 10"])
     assert text.startswith("use a, the best at 2 of 3 points: at noise 1 use a: ")
     assert "at noise 5 use b: " in text
+
+
+def test_a_difference_is_counted_for_the_best_whichever_is_listed_first():
+    worse = np.r_[GOOD[:7] / 2, 3 * GOOD[7:]]
+    for scores in ({"good": GOOD, "worse": worse}, {"worse": worse, "good": GOOD}):
+        found = rank_calibrators(table_of(scores | {"uncorrected": RAW}), SCORE)
+        assert found.best.calibrator == "good"
+        pair = found.against("worse")
+        assert (pair.one, pair.other, pair.better, pair.worse) == ("good", "worse", N - 7, 7)
+        assert f"better than worse in {N - 7} of {N} trials" in found.sentence
+        with pytest.raises(KeyError):
+            found.against("nobody")
+
+
+def test_one_that_fails_in_half_of_its_trials_still_counts_and_in_more_does_not():
+    """And is no rival, though its few scores show no clear difference."""
+    half, more = np.array(GOOD), np.array(GOOD)
+    half[: N // 2], more[: N // 2 + 1] = np.inf, np.inf
+    found = rank_calibrators(table_of({"half": half, "more": more, "works": 2 * GOOD, "uncorrected": RAW}), SCORE)
+    assert [one.place[0] for one in found.calibrators] == [False, False, True]
+    assert found.calibrators[-1].calibrator == "more"
+    assert "more" not in found.rivals
+    assert found.sentence.endswith(f"more fails in {N // 2 + 1} of {N} trials: it broke down")
+
+
+def test_the_reason_is_the_most_frequent_one_of_the_failures_alone():
+    table = table_of({"a": GOOD, "uncorrected": RAW})
+    reasons = ["level"] * 2 + ["flat"] * 3 + ["fine"] * (2 * N - 5)
+    status = ["unobservable"] * 5 + ["ok"] * (2 * N - 5)
+    rows = range(0, 2 * N, 2)  # the first calibrator's
+    columns = {"reason": [""] * 2 * N, "status": ["ok"] * 2 * N}
+    for name, told in (("reason", reasons), ("status", status)):
+        for row, word in zip(rows, told, strict=False):
+            columns[name][row] = word
+    held = table.columns
+    for name, words in columns.items():
+        held = held.set_column(held.column_names.index(name), name, [words])
+    found = rank_calibrators(replace(table, columns=held), SCORE)
+    assert (found.best.failures, found.best.reason) == (5, "flat")
+    assert found.sentence.endswith("fails in 5 of 100")
+
+
+def test_the_raw_measurement_is_beaten_where_a_calibrator_is_better():
+    raw = np.r_[np.full(3, 1e-3), RAW[3:]]
+    found = rank_calibrators(table_of({"good": GOOD, "uncorrected": raw}), SCORE)
+    assert found.better_than_none == N - 3
+    assert f"better than no correction in {N - 3} of {N} trials" in found.sentence
+
+
+def test_what_the_intervals_cost_is_said():
+    found = rank_calibrators(table_of({"good": GOOD, "uncorrected": RAW}), SCORE)
+    assert found.cost.endswith(
+        "95% however often trials are added: 1.6 times as wide as for 100 trials fixed in advance"
+    )
+
+
+def test_a_list_of_failures_is_cut_after_five_and_a_reason_after_120_letters():
+    for count, ends in ((5, "trials: it broke down"), (6, "; 1 more fail in most")):
+        many = {f"crash{k}": np.full(N, np.inf) for k in range(count)}
+        assert rank_calibrators(table_of({"good": GOOD, **many, "uncorrected": RAW}), SCORE).sentence.endswith(ends)
+    assert quoted("a" * 120) == ": " + "a" * 120
+    assert quoted("a" * 119 + " b") == ": " + "a" * 119 + " ..."
+    assert quoted(" \n") == ""
+
+
+def test_a_best_at_every_point_and_none_at_any_are_said_so():
+    table = table_of(*[{"a": GOOD, "b": 2 * GOOD, "uncorrected": RAW}] * 2, sweep=[1.0, 5.0])
+    answers = [rank_calibrators(table, SCORE, point) for point in table.points]
+    text = overall_sentence(answers, ["noise 1", "noise 5"])
+    assert text.startswith("use a, the best at every one of 2 points: at noise 1 use a: ")
+    assert overall_sentence(answers[:1], ["noise 1"]) == answers[0].sentence
+    never = np.full(N, np.inf)
+    table = table_of(*[{"a": never, "uncorrected": RAW}] * 2, sweep=[1.0, 5.0])
+    answers = [rank_calibrators(table, SCORE, point) for point in table.points]
+    text = overall_sentence(answers, ["noise 1", "noise 5"])
+    assert text.startswith("none can be used at any of 2 points: none can be used here: a fails in 100 of 100")
 
 
 @pytest.mark.parametrize("n", [1, 2, 3])

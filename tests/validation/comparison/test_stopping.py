@@ -39,6 +39,19 @@ def test_looks_grow_and_end_at_the_most():
     assert found[-1] == 1000
     assert all(b <= a * GROWTH for a, b in itertools.pairwise(found))
     assert list(interim_looks(5)) == [5]
+    assert list(interim_looks(100)) == [20, 30, 45, 67, 100]
+    assert list(interim_looks(20)) == [20]
+
+
+@pytest.mark.parametrize(("words", "near", "far"), [("+-5%", 0.049, 0.051), ("+-0.5", 0.049, 0.051)])
+def test_the_wider_side_of_the_interval_is_within_the_width(words, near, far):
+    """Below eight values the interval is the range, of a median of 10; a negative one has the same width."""
+    rule = StoppingRule.parsed(f"median offset_error {words}")
+    for sign in (1.0, -1.0):
+        for low, high, enough in ((near, near, True), (far, near, False), (near, far, False)):
+            values = sign * np.array([10.0 * (1 - low), 10.0, 10.0 * (1 + high)])
+            assert rule.reached([values]) is enough
+    assert not rule.reached([np.full(3, 10.0), np.array([5.0, 10.0, 15.0])])
 
 
 def test_the_median_is_as_near_as_was_asked_when_it_ends():
