@@ -28,6 +28,10 @@ class InputError(ValueError):
         where, what, do = _shortened([where, what, do])
         super().__init__(": ".join(filter(None, (where, what))) + (f" ({do})" if do else ""))
 
+    def _render_traceback_(self) -> list[str]:
+        """Return the lines that a notebook (IPython) shows in place of a traceback: the caller's own line is known."""
+        return [f"InputError: {self}"]
+
 
 def _shortened(parts: list[str]) -> list[str]:
     """Return the parts of a message, of MOST_LETTERS letters together with the signs between them."""

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from magbench.api.inputs import Data, in_keywords, reading_from, recording_and_reference
 
 if TYPE_CHECKING:
+    from magbench.api.worth_result import WorthResult
     from recordings.reading import Reading
-    from validation.cross_validation.workflow import CrossValidation
 
 
 @in_keywords()
@@ -21,13 +21,14 @@ def worth(
     maps: Sequence[str] = (),
     reading: Reading | None = None,
     run: int = 0,
-) -> tuple[CrossValidation, ...]:
+) -> WorthResult:
     """Whether soft iron, eddy currents and a temperature predict unseen legs better; of each sensor.
 
     Data and reference as in `calibrate`.
     """
+    from magbench.api.worth_result import WorthResult
     from validation.cross_validation.workflow import cross_validate
 
     read = reading_from(data, maps, reading)
     field = field_strength_nT, field_enu_nT
-    return cross_validate(*recording_and_reference(data, field, reading=read, run=run))
+    return WorthResult(cross_validate(*recording_and_reference(data, field, reading=read, run=run)))

@@ -15,6 +15,7 @@ from reports.pages.comparison import Comparison
 from validation.gates.gate_outcome import GateOutcome
 from validation.inspection.inspection import Inspection
 from validation.scoring.outcome import Outcome
+from validation.text import figure
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -40,7 +41,7 @@ class Displayed(ABC):
         from reports.plots.style import styled_data_url
 
         picture = f'<img src="{styled_data_url(self.plot)}" style="max-width: 100%">'
-        return f"<p>{escape(repr(self))}</p>\n{picture}\n{self.to_frame().to_html()}"
+        return f"<p>{escape(repr(self))}</p>\n{picture}\n{self.to_frame().to_html(float_format=figure)}"
 
 
 class RunResult(Outcome, Displayed):

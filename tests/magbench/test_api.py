@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -169,6 +170,7 @@ def shown(result: Displayed, rows: int) -> str:
     html = result._repr_html_()
     assert "data:image/" in html
     assert html.count("<tr") == rows + 1
+    assert not re.search(r"[1-9]\.\d{4,}", html.split("<table", 1)[1])
     assert result.plot().axes
     assert len(result.to_frame()) == rows
     return repr(result)
@@ -298,3 +300,11 @@ def test_a_diagnosis_takes_times_and_a_policy() -> None:
         magbench.diagnose(
             measured(), field_strength_nT=STRENGTH_NT, time_s=0.1 * np.arange(500), policy=Policy(least_samples=501)
         )
+
+
+def test_a_mistake_is_one_line_in_a_notebook() -> None:
+    with pytest.raises(InputError) as refused:
+        magbench.calibrate(measured(), with_=["elipsoid"])
+    (line,) = refused.value._render_traceback_()
+    assert line.startswith("InputError: ")
+    assert "ellipsoid" in line

@@ -89,5 +89,9 @@ def test_after_a_recording_legs_go_on() -> None:
 
 
 def test_what_is_worth_it() -> None:
-    (found,) = magbench.worth(measured(), STRENGTH_NT)
+    told = magbench.worth(measured(), STRENGTH_NT)
+    (found,) = told
     assert found.pairs[0].verdict == "worth_it"
+    assert "Held out in turn" in repr(told)
+    assert "array" not in repr(told)
+    assert told._repr_html_().count("<p>") == len(repr(told).splitlines())
