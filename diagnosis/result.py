@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -168,9 +169,10 @@ class Diagnosis:
 
     where: channels that the gap follows. absorbed: effects resembling iron on the motion. untested: effects whose
     causes are not recorded. doubts: why named effects were withdrawn. ranking: results of all candidates in the first
-    round. before_nT, after_nT (n, q): residuals. parts: parts of the run with a steady size of the gap. next_flight:
-    advised flight. has_second: whether a second recording was given. rise: frequencies at which the residual's spectrum
-    rises.
+    round. given: effects of the model as given. before_nT, after_nT (n, q): residuals. parts: parts of the run with a
+    steady size of the gap. next_flight: advised flight. has_second: whether a second recording was given. rise:
+    frequencies at which the residual's spectrum rises. resimulated_nT: rms that the written model leaves of the whole
+    recording, without any fit.
     """
 
     verdict: Verdict
@@ -193,6 +195,8 @@ class Diagnosis:
     next_flight: Flight | None = None
     has_second: bool = False
     rise: RisingSpectrum | None = None
+    resimulated_nT: float | None = None
+    given: tuple[Effect, ...] = ()
 
     def __repr__(self) -> str:
         """Return verdict and sentence."""
@@ -208,6 +212,23 @@ class Diagnosis:
         """Structure left in the residual; empty where the residual is white."""
         return (*self.after.why, *([] if self.rise is None else [self.rise.words]))
 
+    def stated(self, cause: NamedEffect) -> tuple[Effect, Effect] | None:
+        """The model's own effect of a named effect's name, as given and as corrected; None unless there is one each."""
+        given = [effect for effect in self.given if effect.name == cause.name]
+        new = [effect for effect in self._new if effect.name == cause.name] if len(given) == 1 else []
+        return (given[0], new[0]) if len(new) == 1 and given != new else None
+
+    def _stated_json(self, cause: NamedEffect) -> dict[str, Any]:
+        given, corrected = self.stated(cause) or (None, None)
+        return {
+            "stated": None if given is None else _values_in_use(given),
+            "corrected": None if corrected is None else _values_in_use(corrected),
+        }
+
+    @cached_property
+    def _new(self) -> tuple[Effect, ...]:
+        return self.model.chain()
+
     def stretch(self, cause: NamedEffect) -> ActivePart | None:
         """The time of action of a named effect; None for the whole run."""
         return None if cause.effect.active_s is None else ActivePart.of(self.problem, *cause.effect.active_s)
@@ -219,7 +240,9 @@ class Diagnosis:
             "sentence": self.sentence,
             "mode": self.problem.compared,
             "reference": [item.words for item in self.problem.corrections],
-            "effects": [_effect_json(item) | _interval_json(self.stretch(item)) for item in self.named],
+            "effects": [
+                _effect_json(item) | self._stated_json(item) | _interval_json(self.stretch(item)) for item in self.named
+            ],
             "where": [{"channel": c, "frame": f, "score": round(s, 4)} for c, f, s in self.where],
             "when": [
                 _interval_json(part.stretch) | {"rms_nT": part.rms_nT, "rms_sigma": part.rms_sigma}
@@ -229,6 +252,7 @@ class Diagnosis:
                 "before": {"rms_nT": self.gap.before_nT, "rms_sigma": self.gap.before_sigma},
                 "after": {"rms_nT": self.gap.after_nT, "rms_sigma": self.gap.after_sigma},
                 "explained": self.gap.explained,
+                "resimulated": None if self.resimulated_nT is None else {"rms_nT": self.resimulated_nT},
             },
             "left": list(self.unexplained),
             "candidates": [_candidate_json(item) for item in self.ranking],
@@ -273,7 +297,7 @@ def _effect_json(cause: NamedEffect) -> dict[str, Any]:
         "also": [
             {
                 "name": effect.name,
-                "parameters": {parameter.name: getattr(effect, parameter.name) for parameter in in_use(effect)},
+                "parameters": _values_in_use(effect),
             }
             for effect in cause.also
         ],
@@ -283,6 +307,10 @@ def _effect_json(cause: NamedEffect) -> dict[str, Any]:
         "needed_nats": cause.needed,
         "strength_sigma": cause.strength,
     }
+
+
+def _values_in_use(effect: Effect) -> dict[str, Any]:
+    return {parameter.name: getattr(effect, parameter.name) for parameter in in_use(effect)}
 
 
 def _candidate_json(result: CandidateResult) -> dict[str, Any]:

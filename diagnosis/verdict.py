@@ -31,25 +31,25 @@ class Verdict(StrEnum):
     NAMED = (
         "named",
         "one cause, and a clean residual",
-        "Missing in the model: {causes}{share}; the residual is clean.",
+        "{lacks}: {causes}{share}; the residual is clean.",
         True,
     )
     CLASS = (
         "class",
         "one cause, of several that the data cannot distinguish",
-        "Missing in the model: {causes}{share}; the residual is clean, but the data cannot distinguish these causes.",
+        "{lacks}: {causes}{share}; the residual is clean, but the data cannot distinguish these causes.",
         True,
     )
     COMPOSITE = (
         "composite",
         "several causes, and a clean residual",
-        "Missing in the model: {causes}{share}.",
+        "{lacks}: {causes}{share}.",
         True,
     )
     PARTIAL = (
         "partial",
         "causes that explain a part of the gap; the rest is unexplained",
-        "Missing in the model: {causes}{share}, but a part of the gap is unexplained ({left}).",
+        "{lacks}: {causes}{share}, but a part of the gap is unexplained ({left}).",
         False,
     )
     GENERIC = (
@@ -67,10 +67,13 @@ class Verdict(StrEnum):
     NOT_OBSERVABLE = (
         "not_observable",
         "on this motion other effects look the same",
-        "Missing in the model: {causes}; on this motion other effects look the same.",
+        "{lacks}: {causes}; on this motion other effects look the same.",
         False,
     )
 
-    def sentence(self, *, causes: str, share: str, left: str, nearest: str, goes_with: str) -> str:
-        """State the finding in one sentence for a field engineer."""
-        return self.template.format(causes=causes, share=share, left=left, nearest=nearest, goes_with=goes_with)
+    def sentence(
+        self, *, causes: str, share: str, left: str, nearest: str, goes_with: str, lacks: str = "Missing in the model"
+    ) -> str:
+        """State the finding in one sentence for a field engineer; lacks : what the causes are to the model."""
+        found = {"lacks": lacks, "causes": causes, "share": share, "left": left}
+        return self.template.format(**found, nearest=nearest, goes_with=goes_with)

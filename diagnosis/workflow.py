@@ -15,6 +15,7 @@ from diagnosis.decision.iron import absorbed_effects
 from diagnosis.decision.late_attitude import correct_late_attitude
 from diagnosis.decision.monotone_courses import with_rival_channels
 from diagnosis.decision.sentence import sentence_for
+from diagnosis.decision.stated_effects import correct_stated_effects
 from diagnosis.decision.verdict_rules import VerdictInput, doubts_of, verdict_of
 from diagnosis.evidence.active_parts import split_by_power
 from diagnosis.evidence.candidate_result import withdraw_names
@@ -30,6 +31,7 @@ from diagnosis.problem.linear import LinearProblem
 from diagnosis.repair.channel_curves import FollowedChannels, better_channels, follow_channels
 from diagnosis.repair.named_effects import ModelledGap, named_effects
 from diagnosis.repair.new_model import patch_model
+from diagnosis.repair.written_model import resimulated_rms_nT
 from diagnosis.result import Diagnosis, EvidenceKind, NamedEffect
 from diagnosis.verdict import Verdict
 from recordings import Recording
@@ -42,8 +44,12 @@ Progress = Callable[[str], object]
 
 @dataclass(frozen=True)
 class Examination:
-    """A recording compared with a model, and the conclusion: the basis of a diagnosis."""
+    """A recording compared with a model, and the conclusion: the basis of a diagnosis.
 
+    whole : the problem as first posed, of all samples and of the model as given.
+    """
+
+    whole: LinearProblem
     model: Model
     problem: LinearProblem
     direct: tuple[DirectFinding, ...]
@@ -83,7 +89,8 @@ def examine(
     """Examine a posed problem without its invalid samples."""
     measured, direct = measured_rows(whole, without)
     selection = correct_late_attitude(select_with_dip(correct_reference(measured), without, say), say)
-    return Examination(model, selection.end.problem, direct, conclude(selection))
+    selection = correct_stated_effects(selection, say)
+    return Examination(whole, model, selection.end.problem, direct, conclude(selection))
 
 
 def measured_rows(
@@ -111,7 +118,9 @@ def diagnosis_of(examination: Examination) -> Diagnosis:
     if curves or doubts or verdict is Verdict.UNKNOWN:  # what explains little is no name
         verdict, modelled = Verdict.UNKNOWN, curves.modelled if curves else modelled.without_names()
         named = tuple(cause for cause in named if cause.kind is EvidenceKind.DIRECT) + (curves.named if curves else ())
-    diagnosis = replace(_without_sentences(examination, named, verdict, doubts, where, modelled), rise=rise)
+    bare = _without_sentences(examination, named, verdict, doubts, where, modelled)
+    left_nT = resimulated_rms_nT(examination.whole.recording, bare.model, problem)
+    diagnosis = replace(bare, rise=rise, resimulated_nT=left_nT)
     return replace(diagnosis, sentence=sentence_for(diagnosis), advice=advice_for(diagnosis))
 
 
@@ -154,6 +163,7 @@ def _without_sentences(
         after=examination.conclusion.after,
         model=patch_model(examination.model, named, problem),
         problem=problem,
+        given=examination.whole.effects,
         before_nT=modelled.before * problem.sigma_nT,
         after_nT=modelled.after * problem.sigma_nT,
         parts=split_by_power(problem, selection.start.residual()),

@@ -73,6 +73,7 @@ class NavigationSpec(Table):
     accel_bias_std_m_s2: float = Field(0.01, ge=0, le=100)
     attitude_noise_std_deg: float = Field(0.02, ge=0, le=180)
     attitude_correlation_s: float = Field(60.0, gt=0, description="first-order Gauss-Markov")
+    attitude_delay_s: float = Field(0.0, ge=0, le=10, description="the attitude of a row is that of so long before")
     position_noise_std_m: float = Field(0.2, ge=0, le=1e6)
     position_correlation_s: float = Field(60.0, gt=0)
     temperature_noise_std_K: float = Field(0.01, ge=0, le=100)

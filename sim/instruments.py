@@ -9,6 +9,7 @@ import numpy as np
 from scenarios.arrays import Array
 from scenarios.seeds import stream
 from scenarios.spec import NavigationSpec
+from sim.late_attitude import LateAttitude
 from sim.motion import Motion
 from sim.processes import GaussMarkov
 from sim.rotation import multiply_q, q_from_rotation_vector, to_body
@@ -20,8 +21,8 @@ GRAVITY_ENU_M_S2 = np.array([[0.0, 0.0, -9.81]])
 class Instruments:
     """Measured motion from true motion, block by block.
 
-    gyro = w + b_g + n,  accel = R_wb^T (a - g) + b_a + n,  attitude = exp(e) R_d R_wb with e a Gauss-Markov
-    rotation vector (ENU) and R_d the initial alignment error (the effect `attitude_misalignment`),
+    gyro = w + b_g + n,  accel = R_wb^T (a - g) + b_a + n,  attitude = exp(e) R_d R_wb(t - delay) with e a
+    Gauss-Markov rotation vector (ENU) and R_d the initial alignment error (the effect `attitude_misalignment`),
     position = p + Gauss-Markov error.
     """
 
@@ -40,6 +41,7 @@ class Instruments:
         self.position_error = GaussMarkov(
             s.position_noise_std_m, s.position_correlation_s, self.interval_s, 3, draw("position")
         )
+        self.late = LateAttitude(s.attitude_delay_s)
         self.white = {name: draw(name) for name in ("gyro", "accelerometer", "temperature", "current")}
 
     def _stream(self, name: str) -> np.random.Generator:
@@ -52,7 +54,7 @@ class Instruments:
         """Arrays named as in Recording (gyro_rad_s (n, 3), att_q (n, 4), ...) from one block of true motion."""
         k, s, n = motion.kinematics, self.spec, len(motion.time_s)
         error_q = q_from_rotation_vector(self.attitude_error.draw(n))
-        aligned = multiply_q(np.broadcast_to(self.alignment_q, (n, 4)), k.q)
+        aligned = multiply_q(np.broadcast_to(self.alignment_q, (n, 4)), self.late.of(motion.time_s, k.q))
         force = to_body(motion.R_wb, k.accel_m_s2 - GRAVITY_ENU_M_S2)
         return {
             "gyro_rad_s": k.rate_rad_s + self.gyro_bias + self._noise("gyro", s.gyro_noise_std_rad_s, (n, 3)),

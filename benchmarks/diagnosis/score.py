@@ -33,6 +33,7 @@ def figures(rows: Sequence[Row]) -> dict[str, Any]:
         explained = [r["explained"] for r in strong]
         out["gap"] = {"median": float(np.median(explained)), "tenth_percentile": float(np.quantile(explained, 0.1))}
         out["parameters"] = _parameters(strong)
+    out["written model"] = _written(rows)
     seconds = [r["seconds"] for r in rows]
     out["seconds"] = {"slowest": max(seconds), "median": float(np.median(seconds))}
     return out
@@ -67,6 +68,7 @@ def misses(r: Row) -> bool:
         "single": lambda r: not _alone(r),
         "direct": lambda r: not _hit(r),
         "left-out": _misnamed,
+        "stated": lambda r: not _alone(r),
         "outside": lambda r: r["verdict"] != Verdict.UNKNOWN or not _driver(r),
         "two": lambda r: len(_found(r)) < 2 or len(_claims(r)) > 2,
         "shifted": lambda r: bool(_driven(r)),
@@ -157,6 +159,14 @@ def _two(rows: Sequence[Row]) -> Row:
     }  # fmt: skip
 
 
+def _written(rows: Sequence[Row]) -> Row:
+    """How far what the simulator leaves with the written model is from the rest that the diagnosis tells."""
+    given = [r for r in rows if r.get("resimulated_nT") is not None]
+    off = [abs(r["resimulated_nT"] / r["after_nT"] - 1) for r in given]
+    some = {"within_5_percent": float(np.mean(np.array(off) < 0.05)), "most": max(off)} if off else {}
+    return {"runs": len(given), **some}
+
+
 def _parameters(rows: Sequence[Row]) -> Row:
     """Share of runs whose error is within the bar's limit, and the intervals' coverage."""
     found: dict[str, list[Sequence[Any]]] = {}
@@ -209,7 +219,7 @@ def _sort(r: Row) -> str:
 
 def _hit(r: Row) -> bool:
     """Whether the answer lists the truth; an iron that is of several kinds at once is any of them."""
-    return bool(_class(r) & ({r["hidden"][0]} if _sort(r) == "single" else _same(r["hidden"][0])))
+    return bool(_class(r) & ({r["hidden"][0]} if _sort(r) in ("single", "stated") else _same(r["hidden"][0])))
 
 
 def _alone(r: Row) -> bool:
@@ -261,6 +271,7 @@ GROUPS: tuple[tuple[str, str, bool, Score], ...] = (
     ("single", "single, {:g} sigma", True, _single),
     ("direct", "direct", False, _single),
     ("left-out", "left out", False, _left_out),
+    ("stated", "in the model, {:g} times as large", True, _single),
     ("outside", "outside the library", False, _outside),
     ("two", "two effects, {:g} to 1", True, _two),
     ("wide-null", "wide null, white", False, _white_nulls),

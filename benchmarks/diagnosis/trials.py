@@ -11,7 +11,7 @@ import numpy as np
 
 from benchmarks.diagnosis.motion import flown, jittered, motions, turned
 from benchmarks.diagnosis.outside import OUTSIDE, disturbed
-from benchmarks.diagnosis.truth import BASE, DIRECT, FLICKER, HIDDEN, PAIRS, Tables, felt_by, hidden
+from benchmarks.diagnosis.truth import BASE, DIRECT, FLICKER, HIDDEN, PAIRS, UNSTATED, Tables, felt_by, hidden, stated
 from benchmarks.diagnosis.wide import rests
 from benchmarks.diagnosis.wide.courses import DRAWN
 from benchmarks.diagnosis.wide.making import Made, hidden_in, null, vehicle_for
@@ -27,10 +27,13 @@ from sim import effects as effect_table
 from sim.chain import Chain
 from sim.scenario import ModelSpec
 from sim.state import State
+from validation.signals.amplitude import rms
 
 STRENGTHS = (0.1, 0.3, 1.0)
 NULLS, COLOURED = 15, 10
 """Null runs of each motion for one seed of the others: 300 and 200 for ten seeds."""
+FACTORS = (-1.0, 0.8)
+"""Size of an effect in the model over its true size: a sign, a fifth too small."""
 COLOURS = ("attitude", "flicker", "jitter", "all")
 WIDE_NULLS, WIDE_COLOURED = 10, 7
 """Null runs of each wide motion for one seed."""
@@ -73,6 +76,7 @@ def trials(first_seed: int, seeds: int) -> Iterator[Trial]:
                 for strength in STRENGTHS:
                     yield Trial("single", motion, (effect,), (strength,), seed)
                 yield Trial("left-out", motion, (effect,), (1.0,), seed)
+                yield from _stated_wrongly(motion, effect, seed)
             for effect in DIRECT:
                 yield Trial("direct", motion, (effect,), (1.0,), seed)
             for name in OUTSIDE:
@@ -80,6 +84,12 @@ def trials(first_seed: int, seeds: int) -> Iterator[Trial]:
             for pair in PAIRS:
                 yield Trial("two", motion, pair, (1.0, 1.0), seed)
                 yield Trial("two", motion, pair[:: 1 - 2 * (seed % 2)], (3.0, 1.0), seed)
+
+
+def _stated_wrongly(motion: str, effect: str, seed: int) -> Iterator[Trial]:
+    """An effect that the model states with a wrong size."""
+    for factor in FACTORS if effect not in UNSTATED else ():
+        yield Trial("stated", motion, (effect,), (factor,), seed)
 
 
 def _wide(seed: int) -> Iterator[Trial]:
@@ -114,7 +124,7 @@ def run(trial: Trial, policy: Policy = STANDARD) -> dict[str, Any]:
         return _run_wide(trial, policy)
     recording, truth, field = made(trial)
     without = frozenset(trial.hidden if trial.kind == "left-out" else ())
-    model = ModelSpec.model_validate({"effects": BASE, "field": {"enu_nT": field.tolist()}})
+    model = ModelSpec.model_validate({"effects": BASE | _stated(trial), "field": {"enu_nT": field.tolist()}})
     begun = time.perf_counter()
     found = diagnose(recording, model, without=without, policy=policy)
     return _row(trial, found, time.perf_counter() - begun) | {"parameters": _against(found, truth)}
@@ -145,6 +155,7 @@ def _row(trial: Trial, found: Diagnosis, seconds: float) -> dict[str, Any]:
         **asdict(trial), "key": trial.key, "verdict": found.verdict, "seconds": seconds,
         "names": [(one.name, list(one.alternatives), one.kind) for one in found.named],
         "explained": found.gap.explained, "before_sigma": found.gap.before_sigma,
+        "resimulated_nT": found.resimulated_nT, "after_nT": rms(found.after_nT[found.problem.usable > 0]),
         "where": [channel for channel, _, _ in found.where],
     }  # fmt: skip
 
@@ -155,6 +166,9 @@ def made(trial: Trial) -> tuple[Recording, Tables, Array]:
     tables: Tables = {}
     if trial.kind not in ("null", "coloured", "outside"):
         for name, strength in zip(trial.hidden, trial.strengths, strict=True):
+            if trial.kind == "stated":
+                tables |= stated(name, strength, trial.seed, state)[0]
+                continue
             tables |= hidden(name, strength, trial.seed, state)
     if "flicker" in trial.hidden or "all" in trial.hidden:
         tables |= FLICKER
@@ -165,6 +179,14 @@ def made(trial: Trial) -> tuple[Recording, Tables, Array]:
     if trial.kind == "outside":
         recording = disturbed(trial.hidden[0], trial.strengths[0], trial.seed, recording, state, mag_nT)
     return recording, tables, field
+
+
+def _stated(trial: Trial) -> Tables:
+    """Tables of the effect that the model states wrongly."""
+    if trial.kind != "stated":
+        return {}
+    _, state, _ = flown(trial.motion)
+    return stated(trial.hidden[0], trial.strengths[0], trial.seed, state)[1]
 
 
 def _measured(tables: Tables, state: State, trial: Trial) -> Array:

@@ -94,6 +94,8 @@ HIDDEN: dict[str, Draw] = {
     },
 }  # fmt: skip
 """Deterministic effects before they are scaled: name -> (rng, state) -> tables."""
+UNSTATED = {"latency", "bandwidth", "attitude_misalignment"}
+"""Effects that a model does not state with another sign."""
 MOVED: dict[str, Callable[[np.random.Generator, Any], Any]] = {"field_gradient": _elsewhere}
 """What is changed of an effect after it has been brought to its strength: the strength is that of its form alone."""
 DIRECT: dict[str, Draw] = {
@@ -156,6 +158,12 @@ def hidden(name: str, strength: float, seed: int, state: State) -> Tables:
         factor *= strength / max(strength_of({name: times(name, tables, factor)}, felt), 1e-12)
     found = times(name, tables, factor)
     return {name: MOVED[name](rng, found) if name in MOVED else found}
+
+
+def stated(name: str, factor: float, seed: int, state: State) -> tuple[Tables, Tables]:
+    """Tables of one effect as it is and as the model states it, `factor` times as large: 1 sigma apart."""
+    true = hidden(name, 1.0 / abs(1.0 - factor), seed, state)
+    return true, {name: times(name, true[name], factor)}
 
 
 def felt_by(name: str, state: State) -> State:

@@ -17,7 +17,6 @@ from diagnosis.problem.blocks import fit
 from diagnosis.problem.formulation import pose_again
 from diagnosis.problem.linear import LinearProblem, ReferenceCorrection
 from diagnosis.problem.rates import attitude_at, attitude_course
-from scenarios.arrays import Array
 from sim.effects.traits import LATE
 from sim.rotation import matrix_from_q, to_body
 from validation.signals.amplitude import rms
@@ -144,22 +143,22 @@ def _known_attitude(problem: LinearProblem, lead_s: float) -> NDArray[np.bool_]:
 def _with_lead(problem: LinearProblem, q_at: CubicSpline, lead_s: float) -> LinearProblem:
     """The problem posed again with the attitude moved, all else unchanged."""
     recording = replace(problem.recording, att_q=attitude_at(q_at, problem.recording.time_s + lead_s))
-    field_enu_nT = problem.state.field_enu_nT
-    done = _correction(lead_s, _gap_nT(problem, q_at, 0.0), _gap_nT(problem, q_at, lead_s), field_enu_nT)
-    return pose_again(problem, recording, field_enu_nT, done).without(~_known_attitude(problem, lead_s))
+    done = _correction(lead_s, _gap_nT(problem, q_at, 0.0), _gap_nT(problem, q_at, lead_s))
+    moved = pose_again(problem, recording, problem.state.field_enu_nT, done)
+    in_all = replace(moved, attitude_delay_s=problem.attitude_delay_s + lead_s)
+    return in_all.without(~_known_attitude(problem, lead_s))
 
 
-def _correction(lead_s: float, before_nT: float, after_nT: float, field_enu_nT: Array) -> ReferenceCorrection:
+def _correction(lead_s: float, before_nT: float, after_nT: float) -> ReferenceCorrection:
     late = f"{figure(1e3 * lead_s)} ms"
     figures = (
         f"Correct the time stamps: with the attitude {late} earlier the gap falls from {figure(before_nT)} to "
-        f"{figure(after_nT)} nT, and the rest was found so. An eddy_current of {figure(lead_s)} s alike on "
+        f"{figure(after_nT)} nT, and the rest was found so; the new model "
+        f"states it as navigation.attitude_delay_s. An eddy_current of {figure(lead_s)} s alike on "
         "all axes, which is "
         "ahead of the field and not behind it, would look the same."
     )
-    return ReferenceCorrection(
-        f"The attitude comes {late} later than the field, and was moved to its time.", figures, field_enu_nT
-    )
+    return ReferenceCorrection(f"The attitude comes {late} later than the field, and was moved to its time.", figures)
 
 
 def _power_nT2(baseline: Baseline) -> float:

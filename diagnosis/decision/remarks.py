@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from diagnosis.evidence.baseline import Baseline
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.problem.strength import turn_rate_rad_s, turns_too_fast
 from diagnosis.result import Diagnosis, EvidenceKind
@@ -98,7 +97,7 @@ def iron_remark(diagnosis: Diagnosis) -> Iterator[str]:
     )
     if is_stated or not diagnosis.problem.iron_known:
         return
-    given_nT, anew_nT = iron_residuals_nT(diagnosis.problem)
+    given_nT, anew_nT = iron_residuals_nT(diagnosis)
     if given_nT > diagnosis.problem.policy.unfit_iron * anew_nT:
         yield (
             f"The model leaves {digits(given_nT)} nT unexplained, but {digits(anew_nT)} nT with refitted hard and soft "
@@ -106,13 +105,17 @@ def iron_remark(diagnosis: Diagnosis) -> Iterator[str]:
         )
 
 
-def iron_residuals_nT(problem: LinearProblem) -> tuple[float, float]:
-    """Rms (nT) of the compared quantities after the model's iron, and after fitted iron."""
+def iron_residuals_nT(diagnosis: Diagnosis) -> tuple[float, float]:
+    """Rms (nT) of the compared quantities after the model's iron, and after fitted iron.
+
+    Named effects are subtracted in vector mode: a motor's mean field is no iron.
+    """
+    problem = diagnosis.problem
     used = problem.usable > 0
     if problem.mode == "vector":
-        given = (problem.recording.mag_nT - problem.predicted_nT)[used]
-        anew = Baseline.of(problem).residual()[used] * problem.sigma_nT
-        return rms(given), rms(anew)
+        smooth = [effect for effect in diagnosis.model.chain() if not effect.traits.converter]
+        given_nT = problem.recording.mag_nT - apply_deterministic(smooth, problem.state)[0]
+        return rms(given_nT[used]), rms(diagnosis.after_nT[used])
     F = np.linalg.norm(problem.state.field_nT, axis=1)[used]
     return rms(_strength_by_model_nT(problem)[used] - F), rms(_strength_by_fit_nT(problem)[used] - F)
 
@@ -250,8 +253,8 @@ def _strength_by_model_nT(problem: LinearProblem) -> Array:
 
 def _strength_by_fit_nT(problem: LinearProblem) -> Array:
     """``|A^-1 (m - b)|`` (n,) by the fitted iron."""
-    offset_nT = problem.clean_nT[0] - problem.turn @ problem.state.field_nT[0]
-    return np.asarray(np.linalg.norm((problem.recording.mag_nT - offset_nT) @ np.linalg.pinv(problem.turn).T, axis=1))
+    earth_nT = problem.recording.mag_nT - problem.beyond_nT - problem.offset_nT
+    return np.asarray(np.linalg.norm(earth_nT @ np.linalg.pinv(problem.turn).T, axis=1))
 
 
 REMARKS: tuple[Callable[[Diagnosis], Iterator[str]], ...] = (

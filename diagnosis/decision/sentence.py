@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from diagnosis.decision.remarks import remarks
 from diagnosis.evidence.active_parts import largest_part
 from diagnosis.evidence.candidate_result import TOO_LITTLE
 from diagnosis.problem.actuators import as_currents
-from diagnosis.result import Diagnosis, EvidenceKind, NamedEffect, Transfer
+from diagnosis.result import Diagnosis, EvidenceKind, NamedEffect, Transfer, in_use
 from recordings.channels import current_name
 from sim.effects.base import Effect
 from sim.effects.linearisation import linearise
@@ -25,10 +26,9 @@ def sentence_for(diagnosis: Diagnosis) -> str:
     """Summarise a diagnosis in one sentence for a field engineer."""
     channels = ", ".join(cause.channel for cause in diagnosis.where[:LISTED_CHANNELS])
     verdict_sentence = diagnosis.verdict.sentence(
+        lacks=_lacks(diagnosis),
         causes="; ".join(
-            describe_effect(cause, _when_active(diagnosis, cause), _logged_as(diagnosis), diagnosis.problem.state)
-            + _second_recording(diagnosis, cause)
-            for cause in diagnosis.named
+            _described(diagnosis, cause) + _second_recording(diagnosis, cause) for cause in diagnosis.named
         ),
         share=_share(diagnosis),
         left="; ".join(diagnosis.unexplained or diagnosis.doubts),
@@ -36,6 +36,25 @@ def sentence_for(diagnosis: Diagnosis) -> str:
         goes_with=(_curves(diagnosis) or (f"; the gap follows {channels}" if channels else "")) + _largest(diagnosis),
     )
     return " ".join([*remarks(diagnosis), verdict_sentence])
+
+
+def _lacks(diagnosis: Diagnosis) -> str:
+    """Whether the named effects are missing in the model, or stated there with other parameters."""
+    wrong = [diagnosis.stated(cause) is not None for cause in diagnosis.named]
+    if any(wrong):
+        return "Wrong in the model" if all(wrong) else "Missing or wrong in the model"
+    return "Missing in the model"
+
+
+def _described(diagnosis: Diagnosis, cause: NamedEffect) -> str:
+    """A named effect; one that the model states by its corrected parameters and those stated."""
+    when, logged, motion = _when_active(diagnosis, cause), _logged_as(diagnosis), diagnosis.problem.state
+    if (both := diagnosis.stated(cause)) is None:
+        return describe_effect(cause, when, logged, motion)
+    given, new = both
+    values = ((p, getattr(new, p.name), getattr(given, p.name)) for p in in_use(new))
+    stated = [f"{p.name} {short(np.asarray(was).tolist())} {p.unit}".rstrip() for p, now, was in values if now != was]
+    return f"{describe_effect(replace(cause, effect=new), when, logged, motion)} (stated: {', '.join(stated)})"
 
 
 def _second_recording(diagnosis: Diagnosis, cause: NamedEffect) -> str:

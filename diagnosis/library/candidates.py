@@ -121,7 +121,8 @@ class Candidate:
             return np.concatenate(list(parts))
         if not (self.effect.continuous and problem.mode == "vector"):
             return self._contribution(state, problem.input_nT(self.effect))
-        return as_iron_sees(self._contribution(state, problem.neighbour_nT), problem.neighbour_nT, problem.clean_nT)
+        iron_nT, read_nT = problem.clean_nT - problem.beyond_nT, problem.neighbour_nT
+        return as_iron_sees(self._contribution(state, read_nT), read_nT, iron_nT)
 
     def _contribution(self, state: State, signal: Array) -> Array:
         if self.effect.linear:

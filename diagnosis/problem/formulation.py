@@ -11,6 +11,7 @@ from diagnosis.problem.at_rest import at_rest, still_problem
 from diagnosis.problem.channels import without_their_noise
 from diagnosis.problem.level import Level
 from diagnosis.problem.linear import LinearProblem, ReferenceCorrection
+from diagnosis.problem.rates import moved_attitude
 from diagnosis.problem.relative import recorded_reference, relative_problem
 from diagnosis.problem.repeated_attitude import ContinuousAttitude, interpolate_attitude
 from diagnosis.problem.strength import strength_problem
@@ -19,7 +20,7 @@ from diagnosis.problem.vector import vector_problem, with_attitude_std
 from recordings import Recording
 from scenarios.arrays import Array
 from scenarios.errors import InputError
-from scenarios.spec import FieldSpec
+from scenarios.spec import FieldSpec, NavigationSpec
 from sim.effects import EFFECTS
 from sim.effects.base import Effect
 from sim.effects.chain_position import without_iron
@@ -95,13 +96,18 @@ def pose_model(
     if field_enu_nT is None and model.field is not None:
         field_enu_nT = _field_enu_nT(model.field, track)
     strength = strength_nT or NOMINAL_NT if field_enu_nT is None else float(np.linalg.norm(field_enu_nT))
-    steady = interpolate_attitude(recording, policy)
-    problem = _with_correction(steady, pose(steady.recording, field_enu_nT, strength, effects, policy, track))
-    stated_deg = 0.0
-    if isinstance(model, Scenario) and not problem.relative:
-        stated_deg = model.navigation.attitude_noise_std_deg
+    steady, navigation = interpolate_attitude(recording, policy), _navigation(model)
+    in_time, unknown = moved_attitude(steady.recording, navigation.attitude_delay_s)
+    problem = _with_correction(steady, pose(in_time, field_enu_nT, strength, effects, policy, track)).without(unknown)
+    stated_deg = 0.0 if problem.relative else navigation.attitude_noise_std_deg
     known = iron_known and not (problem.still or problem.relative)
-    return with_attitude_std(replace(problem, iron_known=known), float(np.radians(stated_deg)))
+    stated = replace(problem, iron_known=known, attitude_delay_s=navigation.attitude_delay_s)
+    return with_attitude_std(stated, float(np.radians(stated_deg)))
+
+
+def _navigation(model: Model) -> NavigationSpec:
+    """Errors of the navigation as the model states them: none but in a scenario."""
+    return model.navigation if isinstance(model, Scenario) else NavigationSpec(attitude_noise_std_deg=0.0)
 
 
 def pose_again(
@@ -113,11 +119,18 @@ def pose_again(
 ) -> LinearProblem:
     """The problem of a corrected recording and field, None for strength (and dip) alone; all else unchanged.
 
-    done : the correction, with the field (3,) that now holds. Raises InputError as `pose` does.
+    done : the correction, with the field (3,) that now holds if it changed. Raises InputError as `pose` does.
     """
-    strength_nT = float(np.linalg.norm(done.field_enu_nT))
+    holds_enu_nT = field_enu_nT if done.field_enu_nT is None else done.field_enu_nT
+    strength_nT = float(np.linalg.norm(problem.state.field_enu_nT if holds_enu_nT is None else holds_enu_nT))
     anew = pose(recording, field_enu_nT, strength_nT, problem.effects, problem.policy, problem.track, level)
-    kept = replace(anew, iron_known=problem.iron_known, corrections=(*problem.corrections, done))
+    kept = replace(
+        anew,
+        iron_known=problem.iron_known,
+        corrections=(*problem.corrections, done),
+        attitude_delay_s=problem.attitude_delay_s,
+        left_out=problem.left_out,
+    )
     return with_attitude_std(kept, problem.attitude_std_rad).without(problem.usable == 0)
 
 
@@ -128,7 +141,7 @@ def _with_correction(steady: ContinuousAttitude, problem: LinearProblem) -> Line
     share = f"{100 * steady.repeated:.0f} %"
     words = f"The attitude is repeated in {share} of the rows, and was taken between its own values."
     figures = "Log the attitude with its own times, or leave the cells empty in which it is not new."
-    told = ReferenceCorrection(words, figures, problem.state.field_enu_nT)
+    told = ReferenceCorrection(words, figures)
     return replace(problem, corrections=(told,)).without(steady.unknown)
 
 

@@ -35,12 +35,12 @@ LEAST_NOISE = 1e-6
 class ReferenceCorrection:
     """An error of the given reference and its correction, as a sentence and as advice with figures.
 
-    field_enu_nT (3,): the field east, north, up that holds after the correction.
+    field_enu_nT (3,): the field east, north, up that holds after the correction; None if the given field still holds.
     """
 
     words: str
     figures: str
-    field_enu_nT: Array
+    field_enu_nT: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -54,12 +54,14 @@ class LinearProblem:
     sample, `sigma_nT` (q,). `base` B: (n, p) with coefficients for each output, or (n, q, p) over the noise with shared
     coefficients. `usable` (n,): 0 for invalid samples (repeated, clipped, spikes), else 1. `turn` (3, 3): from the
     undisturbed to the measured field; `clean_nT` (n, 3): prediction of the fitted base; `predicted_nT` (n, 3):
-    prediction of the given model. `inputs`: measured inputs, see `Effect.needs`. `attitude_std_rad`: attitude error of
+    prediction of the given model. `beyond_nT` (n, 3): the part of `clean_nT` by effects beyond iron, which the base
+    does not scale. `inputs`: measured inputs, see `Effect.needs`. `attitude_std_rad`: error of
     navigation stated by the model, 0 if none. `iron_known`: the model's iron is the instrument's, and a difference is a
     finding. `policy`: thresholds of the evidence. `still`: sensor at rest, y the measured axes about a constant.
     `relative`: the field is the reading of a reference magnetometer. `corrections`: corrections of a wrong reference.
     `track`: changes of the field with the place. `level`: vertical direction, where roll and pitch are known and the
-    heading is not.
+    heading is not. `attitude_delay_s`: time by which the recorded attitude is late, stated by the model or found; the
+    attitude of `recording` is moved by it. `left_out`: effects of the model that are looked for anew.
     """
 
     recording: Recording
@@ -83,6 +85,20 @@ class LinearProblem:
     track: FieldTrack | None = None
     level: Level | None = None
     output_axes: Array | None = None
+    beyond_nT: Array | float = 0.0
+    attitude_delay_s: float = 0.0
+    left_out: tuple[Effect, ...] = ()
+
+    @property
+    def offset_nT(self) -> Array:
+        """Constant (3,) in nT of the fitted base: what is measured without a field."""
+        return np.asarray((self.clean_nT - self.beyond_nT).mean(axis=0) - self.turn @ self.state.field_nT.mean(axis=0))
+
+    @property
+    def corrected_field_enu_nT(self) -> Array | None:
+        """The field (3,) east, north, up that the last correction of the field found; None if the given one holds."""
+        found = (done.field_enu_nT for done in reversed(self.corrections))
+        return next((field_enu_nT for field_enu_nT in found if field_enu_nT is not None), None)
 
     @property
     def outputs(self) -> tuple[str, ...]:

@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from calib.numerics.rates import body_rate
@@ -38,6 +39,15 @@ def attitude_at(course: CubicSpline, time_s: Array) -> Array:
     """Quaternions (n, 4) of a spline at given times, constant after the last knot."""
     q = course(np.minimum(time_s, course.x[-1]))
     return np.ascontiguousarray(q / np.linalg.norm(q, axis=1, keepdims=True))
+
+
+def moved_attitude(recording: Recording, lead_s: float) -> tuple[Recording, NDArray[np.bool_]]:
+    """A recording with the attitude logged a lead later, and the rows (n,) whose attitude was never logged."""
+    if not lead_s or recording.att_q is None:
+        return recording, np.zeros(len(recording), np.bool_)
+    then_s = recording.time_s + lead_s
+    q = attitude_at(attitude_course(recording.time_s, recording.att_q), then_s)
+    return replace(recording, att_q=q), np.asarray(then_s > recording.time_s[-1])
 
 
 def course(recording: Recording) -> dict[str, Any]:

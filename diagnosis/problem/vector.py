@@ -8,14 +8,16 @@ import numpy as np
 
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
+from diagnosis.problem.model_effects import beyond_iron_nT
 from diagnosis.problem.rates import course, measured, quieter_rate
 from diagnosis.problem.repeated_rows import held, noise_of_neighbours
 from diagnosis.problem.track import FieldTrack
+from diagnosis.problem.vehicle_iron import fitted_iron
 from recordings import Recording
 from scenarios.arrays import Array
 from sim.chain import apply_deterministic
 from sim.effects.base import Effect
-from sim.effects.chain_position import iron_matrix
+from sim.effects.chain_position import insert_effects, iron_matrix
 from sim.rotation import cross, matrix_from_q, to_body
 from sim.state import State
 
@@ -24,7 +26,7 @@ FIELD_ERROR, DELAY_S = 0.02, 0.1
 motion does not determine them.
 """
 STEPS = 3
-"""Linear steps to the matrix: each squares the error of the preceding step."""
+"""Steps to the matrix, and to the model's effects behind it: each squares the error of the preceding step."""
 
 
 def vector_problem(
@@ -34,16 +36,38 @@ def vector_problem(
     policy: Policy,
     track: FieldTrack | None = None,
 ) -> LinearProblem:
-    """The problem of the three axes, see `LinearProblem`, for a recording with attitude."""
+    """The problem of the three axes, see `LinearProblem`, for a recording with attitude.
+
+    The model's effects beyond iron are subtracted, each behind the fitted iron: a free matrix on the whole prediction
+    would span a motor's field in the body frame and take a wrong gain for iron.
+    """
     state = _state(recording, field_enu_nT, policy, track)
-    predicted, _ = apply_deterministic(effects, state)
-    scale = float(np.linalg.norm(field_enu_nT))
-    base = np.column_stack([predicted / scale, np.ones(len(recording))])
-    clean = base @ robust_fit(base, recording.mag_nT, policy)
-    fresh = ~held(recording.mag_nT, recording.mag_nT - clean, policy)
+    smooth = [effect for effect in effects if not effect.traits.converter]
+    beyond_nT = beyond_iron_nT(smooth, state)
+    problem = _posed(recording, state, effects, beyond_nT, policy, track)
+    for _ in range(STEPS if beyond_nT.any() else 0):
+        beyond_nT = beyond_iron_nT(insert_effects(smooth, fitted_iron(problem)), state)
+        problem = _posed(recording, state, effects, beyond_nT, policy, track)
+    return problem
+
+
+def _posed(
+    recording: Recording,
+    state: State,
+    effects: tuple[Effect, ...],
+    beyond_nT: Array,
+    policy: Policy,
+    track: FieldTrack | None,
+) -> LinearProblem:
+    """The problem with iron fitted to the recording less the contribution (n, 3) of the model's effects beyond iron."""
+    iron_nT, _ = apply_deterministic([effect for effect in effects if effect.traits.absorbed], state)
+    base = np.column_stack([iron_nT / np.linalg.norm(state.field_enu_nT), np.ones(len(recording))])
+    mag_nT = recording.mag_nT - beyond_nT
+    clean = base @ robust_fit(base, mag_nT, policy)
+    fresh = ~held(recording.mag_nT, mag_nT - clean, policy)
     if not fresh.all():
-        clean = base @ robust_fit(base[fresh], recording.mag_nT[fresh], policy)
-    residual = recording.mag_nT - clean
+        clean = base @ robust_fit(base[fresh], mag_nT[fresh], policy)
+    residual = mag_nT - clean
     sigma = noise_of_neighbours(residual, recording.mag_nT, state.time_s, policy)
     return LinearProblem(
         recording=recording,
@@ -55,11 +79,12 @@ def vector_problem(
         sigma_nT=sigma,
         usable=np.ones(len(recording)),
         turn=_turn(state, base, clean, residual, sigma),
-        clean_nT=clean,
-        predicted_nT=predicted,
+        clean_nT=clean + beyond_nT,
+        predicted_nT=apply_deterministic(effects, state)[0],
         inputs=measured(recording),
         policy=policy,
         track=track,
+        beyond_nT=beyond_nT,
     )
 
 
@@ -113,7 +138,7 @@ def with_attitude_std(problem: LinearProblem, attitude_std_rad: float) -> Linear
         return stated
     least_rad, state = problem.policy.shown_beside_attitude * attitude_std_rad, problem.state
     left_nT = problem.target * problem.sigma_nT
-    turn = _turn(state, problem.base, problem.clean_nT, left_nT, problem.sigma_nT, least_rad)
+    turn = _turn(state, problem.base, problem.clean_nT - problem.beyond_nT, left_nT, problem.sigma_nT, least_rad)
     values, directions = np.linalg.eigh(np.cov(state.field_nT.T))
     hidden = directions[:, values < (least_rad * np.linalg.norm(state.field_enu_nT)) ** 2]
     return replace(stated, turn=turn + (iron_matrix(problem.effects, state) - turn) @ hidden @ hidden.T)

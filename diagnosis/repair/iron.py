@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.problem.strength import strength_problem
 from diagnosis.problem.vector import fit_matrix, robust_fit
-from diagnosis.repair.chain import fitted_iron, predict
+from diagnosis.problem.vehicle_iron import fitted_iron
+from diagnosis.repair.chain import predict
 from scenarios.arrays import Array
 from scenarios.errors import InputError
 from sim.effects.base import Effect
@@ -47,10 +48,10 @@ def _with_iron_fitted(problem: LinearProblem, mag_nT: Array, use: NDArray[np.boo
     """The problem with iron fitted to the samples `use` (n,) of a measured field (n, 3)."""
     if problem.mode == "vector":
         field_nT, base = problem.state.field_nT, problem.base[use]
-        clean_nT = base @ robust_fit(base, mag_nT[use], problem.policy)
+        clean_nT = base @ robust_fit(base, (mag_nT - problem.beyond_nT)[use], problem.policy)
         turn = problem.turn if problem.still else fit_matrix(field_nT[use], clean_nT)
         offset_nT = clean_nT.mean(axis=0) - turn @ field_nT[use].mean(axis=0)
-        return replace(problem, turn=turn, clean_nT=field_nT @ turn.T + offset_nT)
+        return replace(problem, turn=turn, clean_nT=field_nT @ turn.T + offset_nT + problem.beyond_nT)
     seen = replace(problem.recording, mag_nT=mag_nT).taken(use)
     track = None if problem.track is None else problem.track.at(use)
     level = None if problem.level is None else problem.level.at(use)

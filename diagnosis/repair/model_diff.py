@@ -19,7 +19,7 @@ LONG_NUMBER = re.compile(r"-?\d+\.\d{4,}(?:e[+-]?\d+)?")
 
 def model_diff(diagnosis: Diagnosis) -> tuple[str, ...]:
     """Lines of the diff from the given model to the new one, without line ends; empty if nothing was added."""
-    return lines_of_diff(diagnosis.problem.effects, diagnosis.model)
+    return lines_of_diff(diagnosis.given, diagnosis.model)
 
 
 def lines_of_diff(given_effects: Sequence[Effect], model: Scenario) -> tuple[str, ...]:

@@ -123,4 +123,5 @@ def named_noise(conclusion: Conclusion, others: Sequence[NamedEffect]) -> list[N
 
 def _chain_residuals(problem: LinearProblem, conclusion: Conclusion, train: NDArray[np.bool_]) -> tuple[Array, Array]:
     trained = refine(problem, _fitted_effects(conclusion), train).effects
-    return residual_with_iron_refitted(problem, (), train), residual_with_iron_refitted(problem, trained, train)
+    given = residual_with_iron_refitted(problem, problem.left_out, train)
+    return given, residual_with_iron_refitted(problem, trained, train)

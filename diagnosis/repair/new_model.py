@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.repair.chain import fitted_iron
+from diagnosis.problem.vehicle_iron import fitted_iron
+from diagnosis.repair.changed_effects import as_one
 from diagnosis.repair.iron import fit_iron_with_effects
 from diagnosis.result import NamedEffect
 from recordings.channels import HEIGHT
-from scenarios.spec import FieldSpec
+from scenarios.spec import FieldSpec, NavigationSpec
 from sim.effects import Effects, as_tables, of_sign
 from sim.effects.base import Effect
 from sim.effects.chain_position import insert_effects
@@ -50,13 +51,17 @@ def patch_model(model: Model, named: Sequence[NamedEffect], problem: LinearProbl
         )  # the dip has the noise of the strength
         x, y, z = (float(std) for std in np.resize(own_nT, 3))
         new.append(of_sign("white", (x, y, z)))
-    whole = _merge_equal(insert_effects(given, new), problem.state)
+    whole = as_one(_merge_equal(insert_effects(given, new), problem.state), problem)
     tables, order = as_tables(whole)
     changed = {"effects": Effects(tables), "effect_order": order}
     if isinstance(model, Scenario):
-        return model.model_copy(update={**changed, **_without_sensor_effects(model), **_corrected_field(problem)})
+        found = _corrected_field(problem) | _navigation(model.navigation, problem)
+        return model.model_copy(update={**changed, **_without_sensor_effects(model), **found})
     return Scenario.model_validate(
-        {"name": model.name, "summary": model.summary, "field": _field(model, problem)} | _motion(whole) | changed
+        {"name": model.name, "summary": model.summary, "field": _field(model, problem)}
+        | _motion(whole)
+        | changed
+        | _navigation(NavigationSpec(), problem)
     )
 
 
@@ -95,12 +100,20 @@ def _nonlinear_values(effect: Effect) -> dict[str, Any]:
 
 def _corrected_field(problem: LinearProblem) -> dict[str, Any]:
     """The corrected field, in place of a scenario's wrong one."""
-    return {"field": FieldSpec(enu_nT=tuple(problem.corrections[-1].field_enu_nT))} if problem.corrections else {}
+    field_enu_nT = problem.corrected_field_enu_nT
+    return {} if field_enu_nT is None else {"field": FieldSpec(enu_nT=tuple(field_enu_nT))}
+
+
+def _navigation(given: NavigationSpec, problem: LinearProblem) -> dict[str, Any]:
+    """The navigation with the delay of the attitude that was found; nothing if there is none."""
+    if problem.attitude_delay_s == given.attitude_delay_s:
+        return {}
+    return {"navigation": given.model_copy(update={"attitude_delay_s": problem.attitude_delay_s})}
 
 
 def _field(model: ModelSpec, problem: LinearProblem) -> Any:
-    if problem.corrections:
-        return {"enu_nT": problem.corrections[-1].field_enu_nT.tolist()}
+    if problem.corrected_field_enu_nT is not None:
+        return {"enu_nT": problem.corrected_field_enu_nT.tolist()}
     if model.field is None:
         return {"enu_nT": problem.state.field_enu_nT.tolist()}
     return model.field.model_dump(mode="json", exclude_none=True)

@@ -22,8 +22,8 @@ class PooledDiagnosis:
     names, each: the recordings with their own diagnoses. common: effects supported by more than one recording. single:
     effects named by one. gaps, before_nT, after_nT: of each recording, with the coefficients predicted by the other
     recordings, or with its own where these differ. gap: of all recordings. scope: recordings, or the sensors of one
-    array; sensors keep the gaps of their own diagnoses. first: the sensor in the headline, or the recording where
-    nothing is common and a recording has a gap of its own.
+    array; sensors keep the gaps of their own diagnoses. first: the sensor in the headline, or the recording that
+    says more alone than all together.
     """
 
     names: tuple[str, ...]
@@ -59,7 +59,7 @@ class PooledDiagnosis:
             "verdict": self.verdict,
             "sentence": self.sentence,
             "mode": self.each[0].problem.compared,
-            "effects": [self._effect_json(effect) for effect in self.common] or self._own_effects_json(),
+            "effects": [*self._own_effects_json(), *(self._effect_json(effect) for effect in self.common)],
             "not_borne_out": [self._effect_json(effect) for effect in self.single],
             "where": [{"channel": c, "frame": f, "score": round(s, 4)} for c, f, s in self.where],
             "gap": _gap_json(self.gap),
@@ -70,10 +70,13 @@ class PooledDiagnosis:
         } | ({} if self.first is None else {"worst": self.names[self.first]})
 
     def _own_effects_json(self) -> list[dict[str, Any]]:
-        """Effects of the headline's own diagnosis, where none is common."""
+        """Effects of the recordings' own diagnoses that are not common, those of the headline first."""
         if self.first is None:
             return []
-        return [own | {"only_in": self.names[self.first]} for own in self.each[self.first].as_dict()["effects"]]
+        order = (self.first, *(i for i in range(len(self.names)) if i != self.first))
+        every = ((self.names[i], own) for i in order for own in self.each[i].as_dict()["effects"])
+        common = {effect.name for effect in self.common}
+        return [own | {"only_in": name} for name, own in every if own["name"] not in common]
 
     def _effect_json(self, effect: CommonEffect) -> dict[str, Any]:
         values = ({} if in_recording is None else parameters(in_recording) for in_recording in effect.each)

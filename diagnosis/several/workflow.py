@@ -13,7 +13,7 @@ from diagnosis.evidence.localise import ChannelShare
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.repair.new_model import patch_model
-from diagnosis.result import Diagnosis
+from diagnosis.result import Diagnosis, EvidenceKind
 from diagnosis.several.common_effects import CommonEffect, single_effect
 from diagnosis.several.result import PooledDiagnosis, worst
 from diagnosis.several.selection import PooledRecording, select_pooled
@@ -27,6 +27,8 @@ from sim.pool import Tasks
 from sim.scenario import Model
 
 Progress = Callable[[str], object]
+OF_VALUES = (EvidenceKind.DIRECT, EvidenceKind.SPECTRUM)
+"""Kinds of evidence for noise and for steps, spikes and repeated rows of the values."""
 
 
 @one_thread()
@@ -103,7 +105,7 @@ def _diagnosis(names: tuple[str, ...], model: Model, pool: Pool, alone: Sequence
     """The diagnosis of the pool, with sentences and the new model."""
     verdict = PooledVerdict.of(pool)
     each = tuple(diagnosis_of(recording.examination) for recording in pool.recordings)
-    common, problems, first = verdict.common, pool.problems, _with_a_gap_of_its_own(verdict.verdict, each)
+    common, problems, first = verdict.common, pool.problems, _answers_better_alone(verdict, each)
     diagnosis = PooledDiagnosis(
         names=names,
         each=each,
@@ -125,10 +127,25 @@ def _diagnosis(names: tuple[str, ...], model: Model, pool: Pool, alone: Sequence
     return replace(diagnosis, sentence=sentence, advice=pooled_advice(diagnosis))
 
 
-def _with_a_gap_of_its_own(verdict: Verdict, each: Sequence[Diagnosis]) -> int | None:
-    """Index of the worst recording where all together agree with the model and one by itself does not; else None."""
-    own = verdict is Verdict.NONE and any(one.verdict is not Verdict.NONE for one in each)
-    return worst(each) if own else None
+def _answers_better_alone(pooled: PooledVerdict, each: Sequence[Diagnosis]) -> int | None:
+    """Index of the worst recording where the recordings alone say more than all together; else None.
+
+    Nothing is common to all, and every recording alone has its answer or all together none; or only noise and steps of
+    the values are common, and a recording has an effect or iron of its own.
+    """
+    own_gap = any(one.verdict is not Verdict.NONE for one in each)
+    own_cause = any(cause.kind not in OF_VALUES for one in each for cause in one.named)
+    better = (_is_silent(pooled, each) and own_gap) or (_names_values_only(pooled) and own_cause)
+    return worst(each) if better else None
+
+
+def _is_silent(pooled: PooledVerdict, each: Sequence[Diagnosis]) -> bool:
+    answered = all(one.verdict.explained for one in each)
+    return pooled.verdict is Verdict.NONE or (pooled.verdict is Verdict.UNKNOWN and answered)
+
+
+def _names_values_only(pooled: PooledVerdict) -> bool:
+    return pooled.verdict.explained and all(effect.named.kind in OF_VALUES for effect in pooled.common)
 
 
 def mean_shares(shares_of_each: Sequence[Sequence[ChannelShare]], policy: Policy) -> tuple[ChannelShare, ...]:

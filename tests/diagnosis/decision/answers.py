@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from tests.diagnosis.synthetic import problem
 
 DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.search_role())
 POSED = problem()
+LEFT_NT = POSED.target * POSED.sigma_nT
 GAP = GapSize(20.0, 10.0, 4.0, 2.0, 0.97)
 EFFECT = DRIVEN(**{DRIVEN.linear[0]: (1.0, 0.0, 0.0)})
 FOUND = NamedEffect(EFFECT, (), EvidenceKind.HELD_OUT, 50.0, 1.0)
@@ -40,5 +42,6 @@ def either(named: NamedEffect, *others: str) -> NamedEffect:
 
 def diagnosis_of(verdict: Verdict = Verdict.NAMED, *named: NamedEffect, **changes: Any) -> Diagnosis:
     tests = ResidualTests({}, (), 0.0, ("means over 5 s",))
-    made = Diagnosis(verdict, "", named, (), GAP, (), (), (), (), tests, tests, None, POSED, POSED.target, POSED.target)  # type: ignore[arg-type]
+    model: Any = SimpleNamespace(chain=lambda: POSED.effects)
+    made = Diagnosis(verdict, "", named, (), GAP, (), (), (), (), tests, tests, model, POSED, LEFT_NT, LEFT_NT)
     return replace(made, **changes)

@@ -20,6 +20,7 @@ from diagnosis.decision.remarks import (
     mount_remark,
     strength_mismatch,
 )
+from diagnosis.evidence.baseline import Baseline
 from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose
 from diagnosis.problem.linear import LinearProblem
@@ -62,7 +63,8 @@ def test_a_model_whose_iron_does_not_fit_is_told_so(off_nT: float, told: bool, a
     """In 2 nT of noise; where a name says so it is not said again."""
     given = recording(hidden={"hard_iron": {"offset_nT": [off_nT, -off_nT, off_nT]}})
     posed = pose(given if attitude else without_attitude(given), FIELD_ENU_NT, STRENGTH_NT, ())
-    found: Any = SimpleNamespace(problem=posed, named=())
+    left_nT = Baseline.of(posed).residual() * posed.sigma_nT
+    found: Any = SimpleNamespace(problem=posed, named=(), model=SimpleNamespace(chain=tuple), after_nT=left_nT)
     assert any("the iron has changed" in line for line in iron_remark(found)) is told
     found.named = (SimpleNamespace(kind=EvidenceKind.IRON),)
     assert not list(iron_remark(found))

@@ -20,7 +20,6 @@ from sim.effects.base import Effect
 from sim.effects.dynamics import Latency
 from sim.effects.earth import RegionalField
 from sim.effects.electronics import Saturation
-from sim.effects.geometry import Scale
 from sim.effects.iron import HardIron, HardIronDrift
 from sim.effects.noise import WhiteNoise
 from sim.effects.offsets import OffsetRandomWalk
@@ -100,7 +99,6 @@ def _patched(new: Effect, given: tuple[Effect, ...], model: Model | None = None,
         ),
         (WALK, WALK, [WALK, WALK]),
         (Saturation(1e6), Saturation(1e6), [Saturation(1e6), Saturation(1e6)]),
-        (Scale((0.1, 0.0, 0.0)), Scale((0.2, 0.0, 0.0)), [Scale((0.2, 0.0, 0.0)), Scale((0.1, 0.0, 0.0))]),
     ],
 )
 def test_two_of_a_name_are_one_where_they_only_add(new: Effect, given: Effect, made: list[Effect]) -> None:
