@@ -431,6 +431,10 @@ class Policy:
     )  # fmt: skip
     survival_mean_s: float = number(1.0, "length of the means for survival: rates are noisy")
 
+    least_left: float = number(
+        0.05, "rms of a constant vector of the earth's frame, in units of the noise, that names leave and nobody misses"
+    )
+
     # doubts
     least_share: float = number(0.2, "share of the gap that accepted effects must explain to be named")
     sure_nats: float = number(

@@ -212,14 +212,14 @@ class Diagnosis:
         """Structure left in the residual; empty where the residual is white."""
         return (*self.after.why, *([] if self.rise is None else [self.rise.words]))
 
-    def stated(self, cause: NamedEffect) -> tuple[Effect, Effect] | None:
+    def correction_of(self, cause: NamedEffect) -> tuple[Effect, Effect] | None:
         """The model's own effect of a named effect's name, as given and as corrected; None unless there is one each."""
         given = [effect for effect in self.given if effect.name == cause.name]
         new = [effect for effect in self._new if effect.name == cause.name] if len(given) == 1 else []
         return (given[0], new[0]) if len(new) == 1 and given != new else None
 
     def _stated_json(self, cause: NamedEffect) -> dict[str, Any]:
-        given, corrected = self.stated(cause) or (None, None)
+        given, corrected = self.correction_of(cause) or (None, None)
         return {
             "stated": None if given is None else _values_in_use(given),
             "corrected": None if corrected is None else _values_in_use(corrected),

@@ -6,6 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
+import numpy as np
+
 from diagnosis.decision.coloured_choice import choose_coloured
 from diagnosis.decision.first_forms import first_form_evidence
 from diagnosis.decision.forms import complete_forms
@@ -20,9 +22,11 @@ from diagnosis.evidence.residual_tests import ResidualTests, run_residual_tests
 from diagnosis.evidence.windowed_candidates import rank_windowed
 from diagnosis.library.candidates import Candidate, propose_candidates
 from diagnosis.policy import Policy
+from diagnosis.problem.blocks import fit
 from diagnosis.problem.linear import LinearProblem
 from sim.effects import BY_NAME
 from sim.state import MOTION
+from validation.text import digits
 
 Progress = Callable[[str], object]
 
@@ -278,13 +282,18 @@ def _differs_by_setting(first: Candidate, second: Candidate) -> bool:
 
 
 def _with_earth_vector(tests: ResidualTests, baseline: Baseline) -> ResidualTests:
-    """Fail the tests where a constant vector of the earth's frame remains in the residual.
+    """Fail the tests where a constant vector of the earth's frame remains in the residual, and is no mere trace.
 
     An effect that depends on position imitates a constant error of the field.
     """
-    problem = baseline.problem
     if not tests.clean:
         return tests
-    if baseline.evidence_of(problem.earth_axes()) <= problem.policy.apart:
+    problem, axes = baseline.problem, baseline.problem.earth_axes()
+    if baseline.evidence_of(axes) <= problem.policy.apart:
         return tests
-    return replace(tests, why=("a constant vector in the earth's frame",))
+    beside = baseline.with_columns(axes)
+    explained = (baseline.squares - beside.squares) / (problem.usable.sum() * axes.shape[1])
+    if explained < problem.policy.least_left**2:
+        return tests
+    size_nT = float(np.linalg.norm(fit(beside.sums, beside.all_folds).c[-axes.shape[2] :]))
+    return replace(tests, why=(f"a constant vector of {digits(size_nT)} nT in the earth's frame",))

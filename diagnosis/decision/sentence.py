@@ -12,6 +12,7 @@ from diagnosis.evidence.active_parts import largest_part
 from diagnosis.evidence.candidate_result import TOO_LITTLE
 from diagnosis.problem.actuators import as_currents
 from diagnosis.result import Diagnosis, EvidenceKind, NamedEffect, Transfer, in_use
+from diagnosis.verdict import Verdict
 from recordings.channels import current_name
 from sim.effects.base import Effect
 from sim.effects.linearisation import linearise
@@ -31,16 +32,22 @@ def sentence_for(diagnosis: Diagnosis) -> str:
             _described(diagnosis, cause) + _second_recording(diagnosis, cause) for cause in diagnosis.named
         ),
         share=_share(diagnosis),
-        left="; ".join(diagnosis.unexplained or diagnosis.doubts),
+        left=_left(diagnosis),
         nearest=_nearest(diagnosis),
         goes_with=(_curves(diagnosis) or (f"; the gap follows {channels}" if channels else "")) + _largest(diagnosis),
     )
     return " ".join([*remarks(diagnosis), verdict_sentence])
 
 
+def _left(diagnosis: Diagnosis) -> str:
+    """Why a gap is not explained; next to named effects, with the size of what is left beyond the noise."""
+    why = "; ".join(diagnosis.unexplained or diagnosis.doubts)
+    return f"{digits(diagnosis.gap.structure_nT[1])} nT: {why}" if diagnosis.verdict is Verdict.PARTIAL else why
+
+
 def _lacks(diagnosis: Diagnosis) -> str:
     """Whether the named effects are missing in the model, or stated there with other parameters."""
-    wrong = [diagnosis.stated(cause) is not None for cause in diagnosis.named]
+    wrong = [diagnosis.correction_of(cause) is not None for cause in diagnosis.named]
     if any(wrong):
         return "Wrong in the model" if all(wrong) else "Missing or wrong in the model"
     return "Missing in the model"
@@ -49,7 +56,7 @@ def _lacks(diagnosis: Diagnosis) -> str:
 def _described(diagnosis: Diagnosis, cause: NamedEffect) -> str:
     """A named effect; one that the model states by its corrected parameters and those stated."""
     when, logged, motion = _when_active(diagnosis, cause), _logged_as(diagnosis), diagnosis.problem.state
-    if (both := diagnosis.stated(cause)) is None:
+    if (both := diagnosis.correction_of(cause)) is None:
         return describe_effect(cause, when, logged, motion)
     given, new = both
     values = ((p, getattr(new, p.name), getattr(given, p.name)) for p in in_use(new))

@@ -45,6 +45,7 @@ def correct_reference(problem: LinearProblem) -> LinearProblem:
 def pose_without_dip(problem: LinearProblem, dip_nT: float) -> LinearProblem:
     """A problem of strength and dip posed again without the dip, which is off by an unexplained `dip_nT`."""
     *before, done = problem.corrections
+    assert done.field_enu_nT is not None
     strength_nT = float(np.linalg.norm(done.field_enu_nT))
     words = (
         f"{OWN_HEADING}, and the dip is off by {digits(dip_nT)} nT "

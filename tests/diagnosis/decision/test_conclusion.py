@@ -23,7 +23,6 @@ from diagnosis.decision.selection import (
     Selection,
     _final_tests,
     _is_form_of_accepted,
-    _with_earth_vector,
     _with_form_owner,
     select,
 )
@@ -127,15 +126,6 @@ def test_nothing_is_found_in_white_noise(nothing: Selection) -> None:
     assert nothing.accepted == ()
     assert nothing.after.clean
     assert conclude(nothing).clean
-
-
-def test_a_constant_vector_of_the_earth_that_is_left_is_told() -> None:
-    """A constant error of the field cannot be taken up by the base where the vehicle turns."""
-    given = recording()
-    error = np.einsum("nji,j->ni", problem(given).state.R_wb, np.array([3.0, -2.0, 0.0]))
-    off = Baseline.of(problem(replace(given, mag_nT=given.mag_nT + error)))
-    assert _with_earth_vector(CLEAN, off).why == ("a constant vector in the earth's frame",)
-    assert _with_earth_vector(CLEAN, Baseline.of(problem(given))).clean
 
 
 def test_what_has_no_name_of_its_own_speaks_against_no_other_but_one_of_the_place() -> None:

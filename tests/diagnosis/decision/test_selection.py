@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -130,7 +131,10 @@ def test_a_constant_vector_of_the_earth_s_frame_is_no_clean_rest() -> None:
     error_nT = np.einsum("nji,j->ni", posed.state.R_wb, [6.0, -4.0, 5.0])
     off = problem(replace(given, mag_nT=given.mag_nT + error_nT))
     assert _with_earth_vector(CLEAN, Baseline.of(posed)).clean
-    assert not _with_earth_vector(CLEAN, Baseline.of(off)).clean
+    (why,) = _with_earth_vector(CLEAN, Baseline.of(off)).why
+    assert re.fullmatch(r"a constant vector of [89]\.\d\d nT in the earth's frame", why), why
+    trace = problem(replace(given, mag_nT=given.mag_nT + error_nT / 60))
+    assert _with_earth_vector(CLEAN, Baseline.of(trace)).clean
     alone = problem(without_attitude(replace(given, mag_nT=given.mag_nT + error_nT)))
     assert _with_earth_vector(CLEAN, Baseline.of(alone)).clean  # the strength alone knows no such vector
 
