@@ -34,22 +34,22 @@ QUIET = (DeprecationWarning, PendingDeprecationWarning, ImportWarning, ResourceW
 """What Python does not show to users."""
 LONGEST_REFUSAL = 700
 """Letters of a refusal at most: a message of 500, and a path."""
-NIGHTLY = 9
-"""A thousand cases in the normal run and nine thousand more in the nightly one: ten thousand in all."""
+NIGHTLY, DAILY_SHARE = 9, 5
+"""Some ten thousand cases in the nightly run; every door is tried in the normal run too, with a few hundred in all."""
 COMMAND = typer.main.get_command(app)
 """The command line, which typer otherwise makes anew at every call: a third of a case's time."""
 amounts = pytest.mark.parametrize("times", [1, pytest.param(NIGHTLY, marks=pytest.mark.slow)])
 
 
 def fuzz(strategy: SearchStrategy[Any], check: Callable[[Any], None], cases: int, times: int) -> None:
-    """Check `cases` drawn inputs: always the same ones in the normal run, others every night.
+    """Check drawn inputs: in the normal run a few, always the same ones; every night `cases` times `times` others.
 
     A failure shows the input, shrunk; MAGBENCH_FUZZ_SEED repeats a night.
     """
     number = int(os.environ.get("MAGBENCH_FUZZ_SEED", random.randrange(2**32)))
 
     @settings(
-        max_examples=cases * times,
+        max_examples=cases * times if times > 1 else -(-cases // DAILY_SHARE),
         derandomize=times == 1,
         database=None,
         deadline=None,

@@ -12,7 +12,7 @@ import pyarrow.parquet as pq
 from recordings import read_recording
 from recordings.readers import FileFormat
 from scenarios.errors import InputError
-from tests.fuzz.contract import amounts, answered
+from tests.fuzz.contract import DAILY_SHARE, amounts, answered
 from tests.fuzz.material import log_table
 from tests.recordings.readers.test_contract import example, formats
 
@@ -24,7 +24,7 @@ BIG = (b"\xff", b"\xff\xff\xff\x7f", b"\xff" * 8)
 
 def places(length: int, times: int) -> list[int]:
     """Where a file is damaged: the first and last bytes more densely than others; in the nightly run each of them."""
-    dense = 60 * (times == 1) + 1
+    dense = 60 * DAILY_SHARE * (times == 1) + 1
     return sorted({*range(1, min(HEADER, length), dense), *range(max(length - END, 1), length, 1 + dense // 8)})
 
 
