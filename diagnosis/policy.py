@@ -9,22 +9,20 @@ from typing import Any
 
 import numpy as np
 
+from diagnosis.effort import TUNED, Effort
 from scenarios.errors import InputError
 from validation.policy import number, shared
 
-TUNED = "set on tuning seeds 0 and 1 of the bench, no sweep kept"
-
 
 @dataclass(frozen=True)
-class Policy:
-    """Limits of a diagnosis; ``Policy(alpha=0.001)`` is stricter.
+class Policy(Effort):
+    """Limits of evidence in a diagnosis, and its `Effort`; ``Policy(alpha=0.001)`` is stricter.
 
     Shares lie between 0 and 1; sigma is the noise of one sample; alarms are probabilities of a false alarm. Raises
     InputError for a number that is not above zero and finite.
     """
 
     # the linear problem
-    least_samples: int = number(200, "shortest recording that is diagnosed: training and held-out segments need length")
     held_attitude: float = number(0.1, "share of repeated attitudes above which their derivative is no rate")
     still_spread: float = shared("still_spread")
     still_share: float = number(0.5, "share of the field's variance that channels explain at rest at least")
@@ -42,10 +40,6 @@ class Policy:
     still_rate: float = number(0.02, "mean rate in rad/s above which a sensor turns")
     held_rows: float = number(0.02, "share of repeated rows from which on repeated rows are no measurements")
     held_odds: float = number(5.0, "times that rounding alone explains so many repeated rows")
-    start_s: float = number(
-        1.0, "time after a start or a pause in which a late measurement still shows the field before it",
-        run="a hand-held log of 150 s, 50 ms late from the start: its first two samples made it an eddy current",
-    )  # fmt: skip
     least_lead: float = number(
         0.2, "intervals of a sample by which the attitude is late at least; less is an eddy current of the usual size",
         run="eddy currents of 1.5 ms at 10 Hz, uneven by a sixth, passed for an attitude 1.51 ms late; logs had 40 ms",
@@ -54,8 +48,6 @@ class Policy:
         0.5, "relative difference up to which a gyro gives the attitude the same lateness as the field does",
         run="a measured quadrotor's attitude of 10 Hz: 25 ms by its gyro, 20 ms by the field, in rows of 8 ms",
     )  # fmt: skip
-    start_share: float = number(0.02, "largest share of samples left out for a start")
-    pause: float = number(5.0, "intervals, in medians, beyond which nothing is carried on from one sample to the next")
     base_outlier: float = number(
         8.0, "medians of the residual beyond which a sample is left out of the first fit of iron"
     )
@@ -117,19 +109,10 @@ class Policy:
     )
 
     # blocks and splits
-    block_s: float = number(5.0, "length of the blocks of sums")
-    least_blocks: int = number(100, "blocks that a recording is cut into at least; shorter ones if need be")
-    segment_blocks: int = number(4, "blocks of a segment, which is trained on or held out as a whole: 20 s")
-    splits: int = number(5, "splits; each holds out other segments, for an event in a held-out gap is not seen by it")
-    held_segments: int = number(2, "of so many segments as there are splits, those that one split holds out")
     least_held: float = number(
         0.2, "share of the accepted effects shown by the segments held out for the final gap, two fifths of the run",
         run="tuning seeds 0 and 1 of the bench: dipoles passed once, in 10 s, were explained to 0 or 99 % by chance",
     )  # fmt: skip
-    least_segment_s: float = number(1.0, "least length of such a segment")
-    colour_blocks: tuple[int, ...] = number((1, 4, 16), "blocks of the means whose excess is V: 5, 20 and 80 s")
-    least_colour_means: int = number(8, "number of means of a length below which the length is not used for the colour")
-    filled_block: float = number(0.5, "share of its samples that a block needs to count as a mean")
 
     # direct evidence
     least_step_sigma: float = number(0.05, "least significant bit below which rounding is of no account")
@@ -143,13 +126,11 @@ class Policy:
     far_sigma: float = number(5.0, "distance from the base beyond which a sample near a spike is wrong as well")
     burst_sigma: float = number(8.0, "distance of wrong samples in a row: never reached by white noise")
     most_burst: int = number(4, "samples in a row that a burst of wrong values lasts at most")
-    burst_median: int = number(21, "number of samples about a burst whose median is the reference")
     off_along: float = number(
         0.1, "share along the field of the error of wrong values, below which the error is the attitude's",
         run="tuning seeds: a clock's errors in a hand 0.09, spikes 0.5; an error of the attitude half its angle",
     )  # fmt: skip
     quiet_sigma: float = number(1.5, "median gap after the base below which a far sample is wrong")
-    spike_margin: int = number(2, "samples beside a held or clipped one whose jumps are no spikes")
     more_noise: float = number(1.1, "ratio to the model's noise from which on there is more of it")
 
     # searches
@@ -157,39 +138,8 @@ class Policy:
         2.0, "shortest path on which a field may differ by place: a fixed sensor's navigation wanders by 1 m",
         run="catalogue scenarios: 3 m left out a quadrotor that calibrates on the spot",
     )  # fmt: skip
-    most_lobes: int = number(
-        12, "lobes of the heading beyond which a tone is no lobe: a ripple would be one by chance",
-        run="tuning seeds 0 and 1, a quadrotor's even turns: three and four lobes gain 45 times what their tones do",
-    )  # fmt: skip
-    slowest_tone_hz: float = number(
-        0.1, "slowest ripple: with a steady current a slower ripple fits anything periodic in the motion", run=TUNED
-    )
-    least_tone_cycles: float = number(4.0, "cycles that a ripple goes through in the recording at least")
-    fastest_pulse_s: float = number(
-        30.0, "shortest period of a change of the field itself: vehicles turn and tilt faster"
-    )
-    least_pulse_cycles: float = number(2.0, "cycles that such a change goes through in the recording at least")
-    step_margin: float = number(
-        0.02, "share of the recording at its ends in which a jump cannot be distinguished from iron"
-    )
-    place_margin_m: float = number(
-        15.0, "distance beyond the path's box up to which the position of a dipole is searched"
-    )
     nearest_place_m: float = number(0.5, "distance to the path below which a dipole would be on the sensor")
     farthest_place_m: float = number(60.0, "distance from which on the field of a dipole is a gradient")
-    other_place: float = number(
-        0.25, "share of the path's extent by which a second grid of positions exceeds its box, if sizes differ",
-        run="a survey of 600 m over bodies at 86 m, and a sensor led past a magnet on a table within 2.5 m",
-    )  # fmt: skip
-    other_scale: float = number(3.0, "ratio between this and the first grid's margin from which on sizes differ")
-    about_stretch: float = number(
-        6.0, "margin about the part with a large gap, in extents of this part: a body is about three extents away"
-    )
-    nearest_share: float = number(0.05, "the same as nearest_place_m, as a share of the extent of a short path")
-    farthest_share: float = number(0.5, "the same as farthest_place_m, as a share of the extent of a long path")
-    place_cells: int = number(7, "cells of the grid of places along an axis at least; twice as many at most")
-    place_cell_m: float = number(10.0, "size of such a cell, between these limits")
-    place_starts: int = number(4, "best places of the grid that are refined")
 
     # evidence
     alpha: float = number(
@@ -214,9 +164,6 @@ class Policy:
         run="loops of 100 nT on a turntable that rests, an attitude that errs by 0.01 to 0.05 degrees: 11 to 69 nats "
         "from the samples as they are",
     )  # fmt: skip
-    listed_settings: int = number(
-        50, "number of settings beyond which these are a search over the recording, which has a price"
-    )
     search_price_odds: float = number(
         2.0, "the best of n searched settings is priced at odds of 1 in this number times n"
     )
@@ -232,26 +179,15 @@ class Policy:
         run="4.2 for a hand in a hurry; 7 to 9 for magnets that a wheel turns beside a satellite's sensor at rest",
     )  # fmt: skip
     other_unit: float = number(2.0, "factor between measurements and the field from which on their units differ")
-    joint_passes: int = number(3, "largest number of refits of the iron with the accepted effects")
-    joint_settled: float = number(0.1, "rms in sigma of the change of the target below which the target has settled")
 
     # coloured noise models
-    most_rows: int = number(12_000, "number of binned rows beyond which longer means are taken")
     kept_by_rows: float = number(
         0.5, "share of an effect's power in such means below which its gain between their samples counts as well"
     )
-    memories: int = number(7, "number of Ornstein-Uhlenbeck processes of a noise model, evenly spaced in log memory")
-    shortest_memory: float = number(3.0, "least memory of a slow process, in rows")
-    longest_memory: float = number(4.0, "greatest memory, in lengths of the recording: a random walk")
-    folds: int = number(5, "folds of segments, each held out once")
-    fold_s: float = number(20.0, "length of a segment of a fold at least")
-    fold_share: float = number(1 / 60, "least length of a segment of a fold, as a share of the recording")
-    surrogates: int = number(16, "number of surrogates: columns of an effect shifted to and fro in time")
     coloured_nats: float = number(
         25.0, "evidence above which an effect is accepted in coloured noise",
         run="a trial before this program: 7.5 nats gave false names",
     )  # fmt: skip
-    tried_coloured: int = number(4, "number of candidates with a noise model of their own, the best in the screening")
     same_coloured: float = number(
         0.12, "part of the best's evidence within which a useless candidate is a look-alike, in coloured noise",
         run="a trial before this program",
@@ -285,65 +221,28 @@ class Policy:
         0.05, "probability of equal coefficients to differ as much between recordings as differing ones",
         alarms="4 of 196 lots of three with equal coefficients, white and coloured: see scatter_parts",
     )  # fmt: skip
-    scatter_parts: int = number(
-        4, "number of parts of a recording for the scatter of coefficients",
-        alarms="of 49 white and 147 coloured lots of three with equal coefficients 4 differed at 5 %, none at 1 %",
-        run="quadrotor, 280 s, flicker noise, attitude that wanders by 0.01 and 0.1 degrees over 60 s, effects of 0.03 "
-        "to 0.3 of the noise: at 1 % with 6 parts 5 of these 147 differed, by surrogates alone 10 of the first 36",
-    )  # fmt: skip
     same_coefficient: float = number(0.04, "share of an effect by which its form is in error from motion to motion")
 
     # a curve of a channel, where no effect is accepted
-    driver_tail: float = number(0.005, "share of a channel's samples at each end beyond which its curve is straight")
     curve_residual: float = number(
         0.5, "part of the named effects' residual that a curve of another channel may leave to replace them",
         run="four payloads of three tones on an AUV: two ripples left half of the gap, the curve a hundredth",
     )  # fmt: skip
-    most_curves: int = number(
-        4, "largest number of channels with added curves",
-        alarms="of 108 rests (white, coloured, a channel's shifted in time) on an AUV and a quadrotor beside three "
-        "unrelated channels 2 had a curve: both of a periodic sawtooth, whose shift is a curve of it",
-    )  # fmt: skip
-
-    followed_order: int = number(
-        2, "powers of a channel followed by iron, in the comparison with named effects that explain less"
-    )
-    followed_lags: int = number(3, "step in the list of lags tried for iron, or an effect with a window")
-
-    # fuller forms of accepted effects
-    sweep_cycles: tuple[float, ...] = number(
-        tuple(k / 16 for k in range(1, 13)),
-        "cycles by which a tone leads or lags a tone of constant frequency at the end of a run",
-    )
-    form_settings: int = number(40, "largest number of settings tried between the listed ones of a form")
-
-    first_form_factor: float = number(10.0, "size of a first form over the effect's own: at equal size both coincide")
 
     # effects in a part of the run
-    window_cells: int = number(
-        80, "number of cells of the recording at whose borders an effect's begin and end are searched first"
-    )
-    window_finer: int = number(8, "refinement of each further search")
-    least_window: float = number(0.04, "least length of a window in the first search, as a share of the recording")
     window_share: float = number(
         0.75, "part of a window's evidence that no effect of the whole run may reach",
     )  # fmt: skip
 
     # parts with a large gap
-    part_cells: int = number(120, "cells of the recording between which the gap's size may change")
-    least_part: float = number(0.04, "least length of such a part, as a share of the recording")
     part_price: float = number(4.0, "price of a further part, over ln(cells), in squares of the cells' noise")
     far_larger: float = number(3.0, "ratio to the rest's power above which the gap is large in one part")
-    phase_share: float = number(0.1, "share of a part of the run from which on a phase is listed")
     steady_heading: float = number(
         0.9, "length of the mean heading vector of a part from which on the part has one heading"
     )
 
     # tests of the residual
-    mean_lengths_s: tuple[float, ...] = shared("mean_lengths_s")
     means_alarm: float = number(1e-3, "probability that white noise fails the test of means at any length")
-    least_mean_samples: int = number(5, "samples of a tested mean at least")
-    least_tested_means: int = number(20, "least number of means of a tested length")
     tone_alarm: float = number(
         1e-4, "tones that white noise is expected to show over all frequencies, were its level known exactly",
         alarms="8 of 20 000 white residuals of 6000 samples on three axes showed a tone: 4e-4",
@@ -366,21 +265,12 @@ class Policy:
         0.25, "part of the largest excess over lower frequencies from which on a frequency belongs to a rise"
     )
     far_row: float = number(5.0, "standard deviations from the middle beyond which a value counts as so far in it")
-    filter_memory: int = number(10, "samples over which a low-pass or a delay in the model colours the noise itself")
 
     # channels followed by the gap
-    channel_bins: int = number(24, "bins of a channel")
-    channel_segments: int = number(40, "segments dealt to two folds in turn")
-    channel_mean_s: float = number(0.5, "length of the binned means")
-    least_channel_means: int = number(400, "least number of such means, shorter if need be")
     least_channel_share: float = number(0.003, "share of the gap from which on a channel is listed")
-    most_channels: int = number(8, "number of listed channels")
 
     # slow noise
-    bands: int = number(40, "bands of the spectrum, evenly spaced in log frequency")
-    first_line: int = number(2, "first line of the spectrum that counts: below it the mean leaks in", run=TUNED)
     band_alarm: float = number(1e-3, "probability of a band of noise to deviate as far from the spectrum")
-    slow_mean_s: float = number(5.0, "length of means in which slow errors exceed the noise of a sample")
     along_share: float = number(
         0.65, "share of the structure along the field explained by a source, above which no wander makes it",
         run="independent storms 0.74 to 0.88; a day's change in flicker noise beside an attitude that wanders 0.36",
@@ -392,13 +282,9 @@ class Policy:
     least_noise_lines: float = number(
         30.0, "number of frequencies at which slow noise must stand out for its nature to be identified", run=TUNED
     )
-    step_s: float = number(5.0, "length of the blocks for steps of a slow course")
-    least_steps: int = number(40, "least number of such steps, of shorter blocks if need be")
-    most_steps: int = number(400, "largest number of such steps: the exact likelihood is cubic in the number")
     course_sigma: float = number(
         5.0, "standard deviations of a run of innovations above which the run is a jump or a course", run=TUNED
     )
-    swing_lags: int = number(8, "lags at which the innovations' correlation is tested")
     swing_alarm: float = number(1e-3, "probability that random innovations correlate as much", run=TUNED)
     stated_margin: float = number(1.5, "ratio by which slow errors may exceed those stated by the model")
 
@@ -407,7 +293,6 @@ class Policy:
         1e-6, "relative difference up to which two effects gain the same, and the chain's first is named",
         run="tuning seeds 0 and 1: the gains of hard iron and sensor offset differ by rounding alone",
     )  # fmt: skip
-    most_effects: int = number(3, "largest number of effects, and of changes of iron")
     form_share: float = number(
         0.15, "part of the first effect's size below which a further effect is its form error", run=TUNED
     )
@@ -429,8 +314,6 @@ class Policy:
         1e-3, "part of the evidence of a change of iron within which an effect is a look-alike",
         run="level spirals: an error of the field of 33 sigma gains 1e-6 less, by the second order of both",
     )  # fmt: skip
-    survival_mean_s: float = number(1.0, "length of the means for survival: rates are noisy")
-
     least_left: float = number(
         0.05, "rms of a constant vector of the earth's frame, in units of the noise, that names leave and nobody misses"
     )
@@ -465,11 +348,6 @@ class Policy:
         0.9, "correlation of an effect's contribution with time, or a channel, above which either may drive it",
         run="a trial before this program: depth and temperature could not be told apart above it",
     )  # fmt: skip
-    listed_noises: int = number(3, "number of effects listed as alternatives of a slow disturbance")
-
-    # what to fly next
-    least_leg_nats: float = number(0.1, "nats of the best leg below which no motion separates two effects")
-    leg_margin: float = number(3.0, "nats of a planned leg over the nats that separate two effects")
 
     # parameters
     open_eigenvalue: float = number(
