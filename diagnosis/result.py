@@ -137,7 +137,7 @@ class GapSize:
         """The size of residuals before and after (n, q), in units of the noise (q,)."""
         before_sigma, after_sigma = rms(before), rms(after)
         excess = before_sigma**2 - 1
-        is_gap = excess > policy.least_held_excess
+        is_gap = excess > policy.hardly_any
         explained = min(1.0, (before_sigma**2 - after_sigma**2) / excess) if is_gap else None
         return cls(rms(before * sigma_nT), before_sigma, rms(after * sigma_nT), after_sigma, explained)
 

@@ -58,7 +58,7 @@ def try_actuator(diagnosis: Diagnosis) -> Iterator[str]:
     problem = diagnosis.problem
     time = next((share.share for share in diagnosis.where if share.channel == TIME), 0.0)
     untried = _untried_channels(diagnosis) - monotone_channels(problem)
-    leading = [share for share in diagnosis.where[:TRIED_CHANNELS] if share.share > time + problem.policy.beside_time]
+    leading = [share for share in diagnosis.where[:TRIED_CHANNELS] if share.share > time + problem.policy.little]
     followed = [share.channel for share in leading if share.channel in untried]
     if followed and not diagnosis.verdict.explained and not channel_curves(diagnosis):
         options = " ".join(f"--actuator {name}" for name in followed)

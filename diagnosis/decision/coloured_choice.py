@@ -184,10 +184,10 @@ class CandidateTest:
         """Refuse a candidate of low survival, which imitates attitude errors, and a small share of the gap."""
         problem = self.baseline.problem
         turns = problem.turns and not {"attitude", "rate"}.isdisjoint(evidence.candidate.effect.needs)
-        if turns and evidence.survival < problem.policy.survival_of_errors:
+        if turns and evidence.survival < problem.policy.hardly_any:
             return NOT_SHOWN_BY_MOTION
         added = added_share(self.start, self.baseline, with_candidate.squares)
-        return SMALL_SHARE_ADDED if added < problem.policy.least_added else ""
+        return SMALL_SHARE_ADDED if added < problem.policy.trace else ""
 
     def _refusal_outside_window(self, candidate: Candidate, with_candidate: Baseline) -> str:
         return OUTSIDE_WINDOW if recurs_outside_window(self.baseline, with_candidate, candidate) else ""

@@ -69,7 +69,7 @@ def add_slow_noise(conclusion: Conclusion) -> Conclusion:
 
 def _is_form_error(conclusion: Conclusion) -> bool:
     policy = conclusion.selection.end.problem.policy
-    return _excess_rms(conclusion) < policy.form_noise * conclusion.accepted[0].evidence.strength
+    return _excess_rms(conclusion) < policy.quarter * conclusion.accepted[0].evidence.strength
 
 
 def _excess_rms(conclusion: Conclusion) -> float:
@@ -93,7 +93,7 @@ def drop_constants_within_wander(conclusion: Conclusion) -> Conclusion:
     problem = conclusion.selection.end.problem
     if conclusion.noise is None and not states_slow_noise(problem):
         return conclusion
-    most = problem.policy.wander_moves * _excess_rms(conclusion)
+    most = problem.policy.tenfold * _excess_rms(conclusion)
     kept = (change for change in conclusion.iron if change.evidence.strength > most or not _may_be_constant(change))
     return replace(conclusion, iron=tuple(kept))
 

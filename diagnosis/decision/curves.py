@@ -86,9 +86,7 @@ def _next_curve(baseline: Baseline, start: Baseline, known: Sequence[Driver], *,
         chosen = judge_settings(
             baseline, [_refined_lag(baseline, _lowest_order(best, screening.coloured_baseline, inflation))]
         )
-        if chosen is None or _gap_share(start, baseline, chosen) < (
-            policy.least_share if first else policy.least_added
-        ):
+        if chosen is None or _gap_share(start, baseline, chosen) < (policy.fair_share if first else policy.trace):
             continue
         rivals = [fit for fit in fits if fit is not best]
         alike = find_look_alikes(

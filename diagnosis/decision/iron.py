@@ -101,14 +101,14 @@ def _is_conventional(rival: Evidence, problem: LinearProblem) -> bool:
     added = (rival.candidate.columns(problem) @ rival.coefficients).ravel()
     A = counted.reshape(len(added), -1)
     residual = added - A @ np.linalg.lstsq(A, added, rcond=None)[0]
-    return bool(np.linalg.norm(residual) < problem.policy.absorbed_survival * np.linalg.norm(added))
+    return bool(np.linalg.norm(residual) < problem.policy.little * np.linalg.norm(added))
 
 
 def absorbed_effects(problem: LinearProblem) -> tuple[str, ...]:
     """Effects with recorded channels whose columns the base absorbs nearly whole on the motion; vector mode only."""
     if problem.mode != "vector":
         return ()
-    limit = problem.policy.absorbed_survival
+    limit = problem.policy.little
     return tuple(
         name
         for name, candidates in _candidates_without_search(problem).items()
@@ -185,5 +185,5 @@ def _nats_without_iron(effect: AcceptedEffect, problem: LinearProblem) -> float:
 def _attitude_error_rms(problem: LinearProblem) -> float:
     """Largest rms due to the stated attitude error, in units of the noise."""
     policy, strength_nT = problem.policy, float(np.linalg.norm(problem.state.field_enu_nT))
-    turned_nT = policy.stated_margin * problem.attitude_std_rad * strength_nT
+    turned_nT = policy.somewhat_larger * problem.attitude_std_rad * strength_nT
     return turned_nT / float(np.sqrt((problem.sigma_nT**2).mean()))

@@ -34,7 +34,7 @@ def select_jointly(
             break
         say("iron and effects jointly")
         problem, again = anew, select(anew, without, say)
-        if not again.accepted or _residual_rms(again) > problem.policy.larger_gap * max(1.0, _residual_rms(selection)):
+        if not again.accepted or _residual_rms(again) > problem.policy.larger * max(1.0, _residual_rms(selection)):
             break
         selection = again
     return rejected_if_worse(selection)

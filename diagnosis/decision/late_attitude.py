@@ -75,13 +75,13 @@ def _problem_with_lead(selection: Selection, named: AcceptedEffect | None) -> Li
     """The problem with the attitude moved, if a lead explains nearly as much as the effect, or nearly all by itself."""
     start, policy = selection.start, selection.start.problem.policy
     first_s = _first_lead_s(start)
-    if first_s <= policy.least_lead * start.problem.state.interval_s:
+    if first_s <= policy.fair_share * start.problem.state.interval_s:
         return None
     q_at = _attitude_spline(start.problem)
     lead_s = _best_lead_s(start.problem, q_at, first_s)
     if named is None:
         before_nT, after_nT = (_gap_nT(start.problem, q_at, one_s) for one_s in (0.0, lead_s))
-        shown = after_nT * policy.misread_gap < before_nT or (
+        shown = after_nT * policy.far_larger < before_nT or (
             after_nT < before_nT and _gyro_agrees(start.problem, lead_s)
         )
         return _with_lead(start.problem, q_at, lead_s) if shown else None
@@ -98,7 +98,7 @@ def _gyro_agrees(problem: LinearProblem, lead_s: float) -> bool:
     if recording.gyro_rad_s is None:
         return False
     match = match_rates(recording.time_s, np.asarray(recording.att_q), recording.gyro_rad_s)
-    return match is not None and abs(match.lag_s - lead_s) < problem.policy.same_lateness * lead_s
+    return match is not None and abs(match.lag_s - lead_s) < problem.policy.half * lead_s
 
 
 def _first_lead_s(start: Baseline) -> float:

@@ -59,7 +59,7 @@ def similar_motors(problem: LinearProblem, cause: NamedEffect) -> tuple[str, ...
 def similar_channels(problem: LinearProblem, cause: NamedEffect) -> tuple[str, ...]:
     """Time and the channels with the course of an effect's contribution; empty where the contribution rises and falls.
 
-    Two courses agree where their rank correlation exceeds `one_course`: either is then a curve of the other. Channels
+    Two courses agree where their rank correlation exceeds `nearly_all`: either is then a curve of the other. Channels
     that jump with a jump are rivals; in time the moment alone is known. Contributions that scale with the signal follow
     the turns of the sensor: their course is taken for a constant signal. An effect with a window competes with the
     channels active in the window alone.
@@ -78,14 +78,14 @@ def _similar_for_signal(problem: LinearProblem, cause: NamedEffect, signal_nT: A
     parts = [effect.contribution(problem.state, signal_nT, np.random.default_rng(0), {}) for effect in effects]
     course, jumps = _main_course(cut.means(np.sum(parts, axis=0))), cause.effect.search_role() == "moment"
     alike = correlation if jumps else _rank_correlation  # the ranks of levels are a matter of their noise
-    names = [name for name, x in _channel_courses(problem) if alike(course, cut.means(x)) > problem.policy.one_course]
+    names = [name for name, x in _channel_courses(problem) if alike(course, cut.means(x)) > problem.policy.nearly_all]
     return tuple(names) if jumps or TIME in names else ()
 
 
 def monotone_channels(problem: LinearProblem) -> frozenset[str]:
     """Time and all channels that only rise or fall during the run: a gap cannot distinguish them."""
     cut = Cut.of(len(problem.recording), problem.state.interval_s, problem.policy)
-    time_s, least = cut.means(problem.state.time_s), problem.policy.one_course
+    time_s, least = cut.means(problem.state.time_s), problem.policy.nearly_all
     return frozenset(name for name, x in channels(problem) if _rank_correlation(time_s, cut.means(x)) > least)
 
 

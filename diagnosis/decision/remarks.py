@@ -49,7 +49,7 @@ def long_track(diagnosis: Diagnosis) -> Iterator[str]:
         return
     length_m = float(np.hypot(*np.ptp(problem.state.pos_enu_m, axis=0)[:2]))
     change_nT = policy.earth_gradient_nT_m * length_m
-    if change_nT > max(policy.least_share * gap.structure_nT[0], gap.noise_nT):
+    if change_nT > max(policy.fair_share * gap.structure_nT[0], gap.noise_nT):
         yield (
             f"The path is {digits(length_m / 1e3)} km long; along it the Earth's field changes by about "
             f"{digits(change_nT)} nT, but a single field vector was given."
@@ -63,7 +63,7 @@ def long_climb(diagnosis: Diagnosis) -> Iterator[str]:
         return
     climb_m = _climb_m(problem)
     change_nT = 3 * float(np.linalg.norm(problem.state.field_enu_nT)) * climb_m / EARTH_RADIUS_M
-    if change_nT > max(policy.least_share * gap.structure_nT[0], gap.noise_nT):
+    if change_nT > max(policy.fair_share * gap.structure_nT[0], gap.noise_nT):
         yield (
             f"The log spans {digits(climb_m / 1e3)} km of height; over this range the Earth's field changes by about "
             f"{digits(change_nT)} nT, but a single field was given."
@@ -98,7 +98,7 @@ def iron_remark(diagnosis: Diagnosis) -> Iterator[str]:
     if is_stated or not diagnosis.problem.iron_known:
         return
     given_nT, anew_nT = iron_residuals_nT(diagnosis)
-    if given_nT > diagnosis.problem.policy.unfit_iron * anew_nT:
+    if given_nT > diagnosis.problem.policy.clearly_larger * anew_nT:
         yield (
             f"The model leaves {digits(given_nT)} nT unexplained, but {digits(anew_nT)} nT with refitted hard and soft "
             "iron: the iron has changed. Calibrate again. With refitted iron:"
@@ -159,7 +159,7 @@ def _axis(row: Array) -> str:
 def _least_visible_nT(problem: LinearProblem) -> float:
     """Least spread of the field along a direction of known sign: above the residual of any iron."""
     left_nT = (problem.target * problem.sigma_nT)[problem.usable > 0]
-    return max(problem.policy.shown_axis * float(np.linalg.norm(problem.state.field_enu_nT)), rms(left_nT))
+    return max(problem.policy.hardly_any * float(np.linalg.norm(problem.state.field_enu_nT)), rms(left_nT))
 
 
 def _axis_ambiguity(axes: Array, visible: int) -> str:
@@ -239,7 +239,7 @@ def strength_mismatch(problem: LinearProblem) -> StrengthMismatch | None:
     given, scaled, best = (
         float(((strength_nT - F * k) ** 2).mean()) for strength_nT, k in ((by_model, 1), (by_model, scale), (anew, 1))
     )
-    differs = given > policy.other_iron**2 * best and given - scaled > policy.scale_share * (given - best)
+    differs = given > policy.larger**2 * best and given - scaled > policy.nearly_all * (given - best)
     return StrengthMismatch(scale, given**0.5) if differs else None
 
 

@@ -37,7 +37,7 @@ class Screening:
         """
         kept = best_of_each_name([one.name for one in self.candidates], self.nats, baseline.problem.policy)
         shares = {index: added_share(start, baseline, self.candidates[index].squares) for index in kept}
-        return sorted(kept, key=lambda index: (shares[index] < baseline.problem.policy.least_added, -self.nats[index]))
+        return sorted(kept, key=lambda index: (shares[index] < baseline.problem.policy.trace, -self.nats[index]))
 
     def best_fit(self, index: int, coloured_baseline: ColouredBaseline) -> CandidateFit:
         """Fit an effect with its own noise model, at the setting of largest gain."""

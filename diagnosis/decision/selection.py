@@ -181,7 +181,7 @@ def _is_cancelled(chosen: AcceptedEffect, accepted: Sequence[AcceptedEffect], ba
     Look-alikes share one course, hence one cause, and are exempt.
     """
     alike = any(chosen.name in effect.alternatives or effect.name in chosen.alternatives for effect in accepted)
-    kept = baseline.problem.policy.absorbed_survival * chosen.evidence.strength
+    kept = baseline.problem.policy.little * chosen.evidence.strength
     return bool(accepted) and not alike and chosen.evidence.explained_rms(baseline) < kept
 
 
@@ -198,9 +198,7 @@ def _grows_with_time(chosen: AcceptedEffect, accepted: Sequence[AcceptedEffect],
     driven = [effect for effect in accepted if not MOTION.issuperset(effect.evidence.candidate.effect.needs)]
     grown = (effect.columns(problem) * clock[:, None, None] for effect in driven)
     better = (effect for effect in grown if baseline.evidence_on_all(effect) > max(own, 0.0) + policy.apart)
-    return any(
-        baseline.with_columns(effect).evidence_on_all(columns) < policy.look_alike_kept * own for effect in better
-    )
+    return any(baseline.with_columns(effect).evidence_on_all(columns) < policy.half * own for effect in better)
 
 
 def _is_form_of_accepted(
@@ -293,7 +291,7 @@ def _with_earth_vector(tests: ResidualTests, baseline: Baseline) -> ResidualTest
         return tests
     beside = baseline.with_columns(axes)
     explained = (baseline.squares - beside.squares) / (problem.usable.sum() * axes.shape[1])
-    if explained < problem.policy.least_left**2:
+    if explained < problem.policy.trace**2:
         return tests
     size_nT = float(np.linalg.norm(fit(beside.sums, beside.all_folds).c[-axes.shape[2] :]))
     return replace(tests, why=(f"a constant vector of {digits(size_nT)} nT in the earth's frame",))

@@ -74,7 +74,7 @@ def doubts_of(case: VerdictInput, verdict: Verdict) -> tuple[str, ...]:
 
 def gap_is_larger(case: VerdictInput) -> str | None:
     """Doubt where the named effects do not fit data outside the fit."""
-    larger = case.gap.after_sigma > case.problem.policy.larger_gap * case.gap.before_sigma
+    larger = case.gap.after_sigma > case.problem.policy.larger * case.gap.before_sigma
     return "the gap is larger with the named effects in the model" if larger else None
 
 
@@ -102,9 +102,9 @@ def channel_in_residual(case: VerdictInput) -> str | None:
         return None
     left = {share.channel: (1 - explained) * share.share for share in localise(case.problem, case.residual)}
     time, (first, *others) = left.get(TIME, 0.0), case.where
-    leading_others = [share for share in others if share.share > policy.leading_share * first.share]
-    needed = {first.channel: max(policy.channel_kept * first.share, time)}
-    needed |= {share.channel: policy.channel_kept * share.share + time for share in leading_others}
+    leading_others = [share for share in others if share.share > policy.half * first.share]
+    needed = {first.channel: max(policy.quarter * first.share, time)}
+    needed |= {share.channel: policy.quarter * share.share + time for share in leading_others}
     other = needed.keys() - monotone_channels(case.problem)
     following = [
         channel for channel, least_share in needed.items() if channel in other and left.get(channel, 0.0) > least_share
@@ -128,7 +128,7 @@ def iron_follows_a_channel(case: VerdictInput) -> str | None:
     explained = case.gap.explained or 0.0
     unnamed = unnamed_channels(case) & {share.channel for share in case.where}
     following = find_followed_channel(Baseline.of(case.problem), unnamed) if unnamed else None
-    if following is None or 1 - following.share > case.problem.policy.curve_residual * (1 - explained):
+    if following is None or 1 - following.share > case.problem.policy.half * (1 - explained):
         return None
     return f"a scale or an offset that follows {following.channel} explains far more"
 
@@ -139,7 +139,7 @@ def at_its_bounds(case: VerdictInput) -> str | None:
     Coefficients of fuller forms are exempt: the history of a core before the run decays and may be of any size.
     """
     most = max((cause.strength for cause in case.held_out_effects), default=0.0)
-    leading = [cause for cause in case.held_out_effects if cause.strength > case.problem.policy.leading_share * most]
+    leading = [cause for cause in case.held_out_effects if cause.strength > case.problem.policy.half * most]
     names = [cause.name for cause in leading if any(map(_reaches_bound, cause.effects))]
     return f"{', '.join(names)} would have to be larger than it can be" if names else None
 
@@ -176,7 +176,7 @@ def _explains_some(case: VerdictInput) -> bool:
     policy, explained = case.problem.policy, case.gap.explained
     if explained is None and not case.held_out_effects:
         return True
-    if explained is not None and (explained >= policy.least_share or explained <= 0):
+    if explained is not None and (explained >= policy.fair_share or explained <= 0):
         return explained > 0
     sure = bool(case.held_out_effects) and all(
         (cause.nats or 0.0) > policy.sure_nats for cause in case.held_out_effects

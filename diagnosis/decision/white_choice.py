@@ -166,7 +166,7 @@ def differs_by_form(candidate: Evidence, best: Evidence, share: float) -> bool:
 def is_channel_equivalent(candidate: Evidence, best: Evidence, policy: Policy) -> bool:
     """Whether the best drifts slowly in time and a candidate driven by a channel adds nearly as much in its place."""
     is_driven = may_drive(candidate.candidate.effect, best.candidate.effect)
-    return is_driven and candidate.strength > policy.one_course * best.strength
+    return is_driven and candidate.strength > policy.nearly_all * best.strength
 
 
 def _is_equivalent(candidate: Evidence, best: Evidence, policy: Policy) -> bool:
@@ -184,5 +184,5 @@ def is_form_by_size(strength: float, alone: float, first: float, policy: Policy,
 
     same : whether the effect was accepted before. A size far below that alone shows resemblance to accepted effects.
     """
-    resembles = strength < policy.shrunk_form * alone
+    resembles = strength < policy.half * alone
     return strength < (policy.same_form_share if same or resembles else policy.form_share) * first

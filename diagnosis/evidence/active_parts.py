@@ -89,7 +89,7 @@ def largest_part(parts: tuple[GapPart, ...], policy: Policy) -> GapPart | None:
     weight = np.array([part.stretch.share for part in others])
     excess = np.array([part.rms_sigma**2 - 1 for part in others])
     elsewhere = float(weight @ excess) / max(float(weight.sum()), 1e-9)
-    return most if most.rms_sigma**2 - 1 > policy.far_larger * max(elsewhere, policy.least_held_excess) else None
+    return most if most.rms_sigma**2 - 1 > policy.far_larger * max(elsewhere, policy.hardly_any) else None
 
 
 def _part(problem: LinearProblem, residual: Array, a: int, b: int, stretch: ActivePart) -> GapPart:
@@ -139,6 +139,6 @@ def _heading_deg(problem: LinearProblem, inside: NDArray[np.bool_]) -> float | N
     if problem.recording.att_q is None or not inside.any():
         return None
     ahead = problem.state.R_wb[inside][:, :2, 0].mean(axis=0)
-    if np.hypot(*ahead) < problem.policy.steady_heading:
+    if np.hypot(*ahead) < problem.policy.nearly_all:
         return None
     return float(np.degrees(np.arctan2(ahead[0], ahead[1])) % 360.0)

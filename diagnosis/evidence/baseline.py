@@ -79,7 +79,7 @@ class Baseline:
     def held_out_samples(self) -> NDArray[np.bool_]:
         """Mask (n,) of the samples that the first split holds out.
 
-        Segments are halved until the held-out samples have between `least_held` and 1 - `least_held` of the power of
+        Segments are halved until the held-out samples have between `fair_share` and 1 - `fair_share` of the power of
         every accepted column: an event within a single segment would be wholly in the training data, or wholly held
         out.
         """
@@ -92,7 +92,7 @@ class Baseline:
         while True:
             held = self.splits[0][np.arange(n) // length % policy.splits]
             share = power[held].sum(axis=0) / power.sum(axis=0)
-            enough = ((policy.least_held < share) & (share < 1 - policy.least_held)).all()
+            enough = ((policy.fair_share < share) & (share < 1 - policy.fair_share)).all()
             if enough or length * self.problem.state.interval_s < 2 * policy.least_segment_s:
                 return np.asarray(held)
             length //= 2

@@ -76,4 +76,4 @@ def is_random(innovations: Array, policy: Policy) -> bool:
     beyond = np.concatenate([np.zeros((1, q)), np.cumsum(z, axis=0)])
     courses = [np.abs(beyond[w:] - beyond[:-w]).max() / np.sqrt(w) for w in 2 ** np.arange(int(np.log2(n)) + 1)]
     swings = np.array([(z[lag:] * z[:-lag]).sum() ** 2 / (n - lag) / q for lag in range(1, policy.swing_lags + 1)])
-    return bool(max(courses) < policy.course_sigma and chi2.sf(swings.sum(), policy.swing_lags) > policy.swing_alarm)
+    return bool(max(courses) < policy.far_sigma and chi2.sf(swings.sum(), policy.swing_lags) > policy.test_alarm)

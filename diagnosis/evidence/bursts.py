@@ -18,7 +18,7 @@ Mask = NDArray[np.bool_]
 def find_burst_peaks(problem: LinearProblem, left_nT: Array) -> Mask:
     """Mask (n, 3) of the highest value of every burst in the base's residual (n, 3), or in the strength.
 
-    A burst lasts 2 to `most_burst` samples, each `burst_sigma` from the local median while the median of the deviations
+    A burst lasts 2 to `most_burst` samples, each `never_sigma` from the local median while the median of the deviations
     is small: a passed body, or a base that does not fit, is no burst. A deviation of the strength, which no turn
     causes, may last one sample unless next to a pause. Without attitude the affected axis is the axis farthest from the
     line between the ends of the burst.
@@ -27,7 +27,7 @@ def find_burst_peaks(problem: LinearProblem, left_nT: Array) -> Mask:
     by_strength = problem.mode == "strength"
     seen_nT = problem.off_strength_nT if by_strength else left_nT
     sigma_nT = problem.sigma_nT[: seen_nT.shape[1]]
-    settled = (np.median(np.abs(seen_nT), axis=0) < policy.quiet_sigma * sigma_nT).all()
+    settled = (np.median(np.abs(seen_nT), axis=0) < policy.somewhat_larger * sigma_nT).all()
     if problem.still or not settled:
         return found
     single = np.ones(len(found), bool) if by_strength else _off_strength(problem, left_nT)
@@ -52,8 +52,8 @@ def _far(seen: Array, policy: Policy) -> tuple[Mask, Array]:
     """Outliers (n, q) among quiet neighbours, and the distance of each value from the local median."""
     size = (policy.burst_median, 1)
     off = np.abs(seen - median_filter(seen, size=size, mode="nearest"))
-    quiet = median_filter(off, size=size, mode="nearest") < policy.quiet_sigma
-    return (off > policy.burst_sigma) & quiet, off
+    quiet = median_filter(off, size=size, mode="nearest") < policy.somewhat_larger
+    return (off > policy.never_sigma) & quiet, off
 
 
 def _runs(seen: Array, policy: Policy) -> Iterator[tuple[int, int, int, int]]:

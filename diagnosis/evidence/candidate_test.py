@@ -210,7 +210,5 @@ def find_look_alikes(
     within = max(chance, share * best.gain)
     near = [other for other in others if best.gain - other.gain < within]
     return [
-        other
-        for other in near
-        if coloured_baseline.remaining_share(other, best) < coloured_baseline.rows.policy.look_alike_kept
+        other for other in near if coloured_baseline.remaining_share(other, best) < coloured_baseline.rows.policy.half
     ]

@@ -24,7 +24,7 @@ def courses_on_within(
     cut = Cut.of(len(problem.recording), problem.state.interval_s, problem.policy)
     time_s, (begin_s, end_s) = problem.state.time_s, window
     acts = cut.means(((time_s >= begin_s) & (time_s < end_s)).astype(float))
-    return tuple(name for name, x in several if correlation(acts, cut.means(x)) > problem.policy.one_course)
+    return tuple(name for name, x in several if correlation(acts, cut.means(x)) > problem.policy.nearly_all)
 
 
 def correlation(first: Array, second: Array) -> float:

@@ -53,7 +53,7 @@ def _rounded(problem: LinearProblem, lattices: Lattices) -> DirectFinding | None
         return None
     policy, step = problem.policy, float(np.median(steps))
     given = _stated_nT(problem, "lattice")
-    if step < policy.least_step_sigma * problem.sigma_nT.min() or abs(step - given) < policy.same_step * step:
+    if step < policy.trace * problem.sigma_nT.min() or abs(step - given) < policy.same_step * step:
         return None
     return _finding("lattice", np.zeros(len(problem.recording)), step)
 
@@ -95,7 +95,7 @@ def _wrong_values(problem: LinearProblem, lattices: Lattices, beside: Mask) -> D
     if np.count_nonzero(where) < policy.least_spikes or _is_stated(problem, "outliers"):
         return None
     rate_hz, mean_nT = _spike_law(
-        np.abs(residual - np.median(residual, axis=0))[where], len(residual) * problem.state.interval_s, policy.one_size
+        np.abs(residual - np.median(residual, axis=0))[where], len(residual) * problem.state.interval_s, policy.quarter
     )
     single: Mask = np.asarray(where.any(axis=1))
     if _across_the_field(problem, residual, single):
@@ -121,7 +121,7 @@ def _across_the_field(problem: LinearProblem, residual: Array, samples: Mask) ->
     field_nT = residual @ np.linalg.inv(problem.turn).T
     off = field_nT - median_filter(field_nT, (problem.policy.burst_median, 1))
     along = np.einsum("ni,ni->n", problem.direction, off)
-    most = problem.policy.off_along * np.sqrt(3) * rms(off[samples])
+    most = problem.policy.little * np.sqrt(3) * rms(off[samples])
     return bool(rms(along[samples]) ** 2 - rms(along[~samples]) ** 2 < most**2)
 
 
@@ -153,7 +153,7 @@ def _spike_law(size_nT: Array, duration_s: float, one_size: float) -> tuple[floa
 
 def _quiet(seen: Array, policy: Policy) -> bool:
     """Whether the base's residual (n, q), in units of the noise, is so small that a far sample must be wrong."""
-    return bool((np.median(seen, axis=0) < policy.quiet_sigma).all())
+    return bool((np.median(seen, axis=0) < policy.somewhat_larger).all())
 
 
 def _short_runs(far: Mask, most: int) -> Mask:

@@ -120,7 +120,7 @@ def _at_own_size(baseline: Baseline, found: Evidence) -> Evidence | None:
     Below a sample interval, twice the delay is nearly twice the effect: the listed value is then scaled by the fitted
     coefficient.
     """
-    candidate, limit = found.candidate, baseline.problem.policy.own_size
+    candidate, limit = found.candidate, baseline.problem.policy.far_larger
     if candidate.effect.linear or candidate.effect.tangents or not candidate.nonlinear:
         return found
     scale = float(found.coefficients[0])

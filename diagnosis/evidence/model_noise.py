@@ -58,8 +58,8 @@ def _as_white_and_wander(problem: LinearProblem, values: Array) -> bool:
     policy, interval_s = problem.policy, problem.state.interval_s
     bands = Bands.of(values, interval_s, policy.first_line, policy.bands)
     expected = max(2 * interval_s, float(bands.power[-1])) + _wander(problem, bands.f)
-    margin = policy.stated_margin if states_slow_noise(problem) else 1.0
-    return bool((bands.odds(bands.power / expected / margin) > policy.band_alarm / len(bands.f)).all())
+    margin = policy.somewhat_larger if states_slow_noise(problem) else 1.0
+    return bool((bands.odds(bands.power / expected / margin) > policy.test_alarm / len(bands.f)).all())
 
 
 def _without_strength(along: Array, u: Array, usable: Array) -> Array:
@@ -78,4 +78,4 @@ def _small_across(problem: LinearProblem, across_nT: Array, angles: int = 2) -> 
     strength_nT = float(np.linalg.norm(problem.state.field_enu_nT))
     turned = angles * (problem.attitude_std_rad * strength_nT) ** 2
     white = float((problem.sigma_nT[-across_nT.shape[1] :] ** 2).sum()) / length
-    return bool((means**2).sum(axis=1).mean() < policy.stated_margin**2 * (turned + white))
+    return bool((means**2).sum(axis=1).mean() < policy.somewhat_larger**2 * (turned + white))

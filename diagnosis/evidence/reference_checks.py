@@ -88,7 +88,7 @@ def find_misread_field(problem: LinearProblem) -> MisreadField | None:
     before = _gap_nT(problem, given)
     read = [MisreadField(how, S @ given, before, _gap_nT(problem, S @ given)) for how, S in MISREAD.items()]
     best = min(read, key=lambda reading: reading.after_nT)
-    return best if best.after_nT * problem.policy.misread_gap < before else None
+    return best if best.after_nT * problem.policy.far_larger < before else None
 
 
 @dataclass(frozen=True)
@@ -116,7 +116,7 @@ class HeadingEvidence:
     def is_silent(self, policy: Policy) -> bool:
         """Whether east has less noise than the sensor itself, and a smaller gap."""
         quieter = self.noise_nT < policy.compass_noise * self.other_noise_nT
-        return quieter and self.rms_nT < policy.compass_gap * self.other_rms_nT
+        return quieter and self.rms_nT < policy.half * self.other_rms_nT
 
 
 def find_own_compass(problem: LinearProblem) -> HeadingEvidence | None:
@@ -159,7 +159,7 @@ def _east_nT(problem: LinearProblem, calibration: Array) -> Array | None:
     rows = np.concatenate([turned, k], axis=1)
     least = np.linalg.eigh(rows.T @ rows)[1][:, 0]
     D = least[:9].reshape(3, 3)
-    if np.linalg.cond(D) > problem.policy.compass_condition * np.linalg.cond(calibration):
+    if np.linalg.cond(D) > problem.policy.much_larger * np.linalg.cond(calibration):
         return None
     return np.asarray(rows @ least * (np.linalg.norm(F) * np.linalg.norm(calibration) / np.linalg.norm(D)))
 

@@ -50,14 +50,14 @@ def run_residual_tests(
             continue
         scaled /= variance
         excess[length_s] = float(scaled.mean())
-        if chi2.sf(scaled.sum(), scaled.size) < policy.means_alarm / len(policy.mean_lengths_s):
+        if chi2.sf(scaled.sum(), scaled.size) < policy.test_alarm / len(policy.mean_lengths_s):
             why.append(f"means over {figure(length_s)} s vary {excess[length_s]:.1f} times as much as white noise's")
     whole = bridge_unused(time_s, residual, usable)
-    lines = tuple(tone.frequency_hz for tone in tones(time_s, whole, false_alarm=policy.tone_alarm)[:MOST_TONES])
+    lines = tuple(tone.frequency_hz for tone in tones(time_s, whole, false_alarm=policy.spectrum_alarm)[:MOST_TONES])
     if lines:
         why.append("tones at " + ", ".join(f"{figure(f, 4)} Hz" for f in lines))
     kurtosis = _kurtosis(residual, usable)
-    if kurtosis > policy.tail_sigma * np.sqrt(24 / residual.size) + policy.tail_excess:
+    if kurtosis > policy.never_sigma * np.sqrt(24 / residual.size) + policy.tail_excess:
         why.append(f"heavy tails: excess kurtosis {kurtosis:.1f}")
     return ResidualTests(excess, lines, kurtosis, tuple(why))
 

@@ -49,7 +49,7 @@ class RisingSpectrum:
             return None
         above = np.zeros(len(remaining.f))
         above[slow:] = remaining.power[slow:] - np.minimum.accumulate(remaining.power[slow:])
-        within = _stretch(above > policy.rise_part * above.max())
+        within = _stretch(above > policy.quarter * above.max())
         edges = np.append(np.sqrt(remaining.f[1:] * remaining.f[:-1]), 0.5 / interval_s)
         low_hz, high_hz = edges[within.start - 1], edges[within.stop - 1]
         return cls(
@@ -73,13 +73,13 @@ def _stretch(which: NDArray[np.bool_]) -> slice:
 def _hides(above: Array, taken: Array, within: slice, policy: Policy) -> bool:
     """Whether most power (m,) of the names is in the range, and negligible beside the excess `above` (m,)."""
     named, remaining = float(taken[within].sum()), float(above[within].sum())
-    return float(taken.sum()) / 2 < named < policy.least_share * (named + remaining)
+    return float(taken.sum()) / 2 < named < policy.fair_share * (named + remaining)
 
 
 def _limited(values: Array, policy: Policy) -> tuple[Array, float]:
     """Values (n, q) with outliers clipped, and the kurtosis of the result over a normal distribution's, at least 1."""
     varying = values - np.median(values, axis=0)
-    most = policy.far_row * NORMAL_MAD * np.median(np.abs(varying), axis=0)
+    most = policy.far_sigma * NORMAL_MAD * np.median(np.abs(varying), axis=0)
     limited = np.clip(varying, -most, most)
     kurtosis = (limited**4).mean(axis=0) / np.maximum((limited**2).mean(axis=0) ** 2, 1e-300)
     return limited, max(1.0, float(kurtosis.mean()) / 3)
@@ -100,4 +100,4 @@ def _rises(power: Array, shape: Array, policy: Policy) -> bool:
     cycles = np.poly(-np.arange(m))[-2::-1] / math.factorial(m)
     chance = float(cycles[:-1] @ chi2.sf(G, m - 1 - np.arange(m - 1)))
     share = float((np.maximum(power - falling, 0.0) * shape).sum() / (power * shape).sum())
-    return chance < policy.rise_alarm and share > policy.least_rise
+    return chance < policy.spectrum_alarm and share > policy.hardly_any

@@ -77,7 +77,7 @@ def _wins(rival: Rival, other: CandidateFit, fit: CandidateFit, beside: Coloured
         return False
     if rival.own_ways and _of_one_course(other) > policy.one_cause:
         return False
-    return beside.remaining_share(fit, other) < policy.look_alike_kept
+    return beside.remaining_share(fit, other) < policy.half
 
 
 def _fitted(columns: Array, fit: CandidateFit, baseline: Baseline, beside: ColouredBaseline) -> CandidateFit:

@@ -42,7 +42,7 @@ def find_slow_noise(problem: LinearProblem, residual: Array) -> SlowNoise | None
 def follows_time_only(problem: LinearProblem, residual: Array) -> bool:
     """Whether no channel explains more of a residual (n, q) than time does."""
     shares = {share.channel: share.share for share in localise(problem, residual)}
-    return max(shares.values(), default=0.0) <= shares.get(TIME, 0.0) + problem.policy.beside_time
+    return max(shares.values(), default=0.0) <= shares.get(TIME, 0.0) + problem.policy.little
 
 
 def slow_noise(problem: LinearProblem, residual: Array) -> SlowNoise | None:

@@ -59,11 +59,11 @@ class SlowSpectrum:
         """Whether no band deviates significantly from S."""
         ratio = self.bands.power / self.density(self.bands.f)
         odds = self.bands.odds(np.abs(ratio - 1) + 1)
-        return bool(odds.min() > policy.band_alarm / len(odds))
+        return bool(odds.min() > policy.test_alarm / len(odds))
 
     def lines_above_white(self, policy: Policy) -> float:
         """Number of frequencies at which the slow noise exceeds the white noise."""
-        return float(self.bands.shape[self.density(self.bands.f) > policy.stands_out * self.level].sum())
+        return float(self.bands.shape[self.density(self.bands.f) > policy.clearly_larger * self.level].sum())
 
 
 def _shape(effect: type[Effect], f: Array, interval_s: float, listed: dict[str, float]) -> Array:

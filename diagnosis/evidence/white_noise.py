@@ -25,7 +25,7 @@ def missing_white_noise(problem: LinearProblem, residual: Array, new: Sequence[E
     expected = (np.array(given_nT) ** 2).sum(axis=0) + rounding + _brought(problem, new)
     seen = (sample_noise(residual) * problem.sigma_nT) ** 2
     expected = np.maximum(expected, 1e-12)
-    if (seen <= problem.policy.more_noise**2 * expected).all() or _is_the_attitudes(problem, residual, expected):
+    if (seen <= problem.policy.larger**2 * expected).all() or _is_the_attitudes(problem, residual, expected):
         return None
     return of_sign("white", np.sqrt(np.maximum(seen - expected, 0.0)).tolist())
 
@@ -49,4 +49,4 @@ def _is_the_attitudes(problem: LinearProblem, residual: Array, expected: Array) 
         return False
     nT, w = residual * problem.sigma_nT, problem.field_projection
     along = (nT * w).sum(axis=1) / np.sqrt(w**2 @ expected)
-    return bool(sample_noise(along[:, None])[0] <= problem.policy.more_noise)
+    return bool(sample_noise(along[:, None])[0] <= problem.policy.larger)

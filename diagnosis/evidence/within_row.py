@@ -17,7 +17,7 @@ def gain_within(problem: LinearProblem, rows: BinnedRows, accepted_columns: Sequ
     0 where the rows keep most of the columns' power. Slow noise is constant within a row and cancels, leaving white
     noise of variance one. Means and deviations are independent: their nats add up.
     """
-    if len(rows.starts) == len(problem.target) or _kept(rows, columns) > problem.policy.kept_by_rows:
+    if len(rows.starts) == len(problem.target) or _kept(rows, columns) > problem.policy.half:
         return 0.0
     several = (_each_base(problem, rows), _joined(accepted_columns, columns), columns, problem.target[:, :, None])
     parts = [_about_means(rows, problem.usable, part) for part in several]

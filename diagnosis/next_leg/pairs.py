@@ -78,7 +78,7 @@ class HypothesisPair:
         family = bool(self.first.traits.family) and self.first.traits.family == self.second.traits.family
         courses = may_drive(type(self.second), type(self.first)) or may_drive(type(self.first), type(self.second))
         policy = leg.problem.policy
-        of_course = 1 - policy.one_course**2 if courses else 0.0
+        of_course = 1 - policy.nearly_all**2 if courses else 0.0
         return max(policy.same_family if family else 0.0, of_course, 0.0 if leg.iron else policy.same_iron)
 
 

@@ -34,15 +34,15 @@ def at_rest(recording: Recording, strength_nT: float, policy: Policy) -> bool:
 
 def _moved_by_channels(recording: Recording, strength_nT: float, policy: Policy) -> bool:
     m, left_nT = recording.mag_nT, _left_by_channels_nT(recording)
-    if 1 - (left_nT**2).sum() / ((m - m.mean(axis=0)) ** 2).sum() < policy.still_share:
+    if 1 - (left_nT**2).sum() / ((m - m.mean(axis=0)) ** 2).sum() < policy.half:
         return False
     first, second, _ = np.linalg.svd(m - m.mean(axis=0), compute_uv=False)
-    if second < policy.still_line * first:
+    if second < policy.little * first:
         return True
     corrected_nT = _corrected_nT(recording, strength_nT, policy)
     off_nT = float(np.linalg.norm(corrected_nT, axis=1).std())
-    keeps_strength = off_nT < policy.still_strength * float(np.linalg.norm(corrected_nT.std(axis=0)))
-    return not keeps_strength or rms(left_nT) < policy.still_residual * off_nT
+    keeps_strength = off_nT < policy.trace * float(np.linalg.norm(corrected_nT.std(axis=0)))
+    return not keeps_strength or rms(left_nT) < policy.much_larger * off_nT
 
 
 def still_problem(recording: Recording, effects: tuple[Effect, ...], policy: Policy) -> LinearProblem:

@@ -60,7 +60,7 @@ class IronFitTask(Protocol):
 def unit_of(measured_nT: Array, strength_nT: Array, policy: Policy) -> tuple[float, float]:
     """Factor from the unit of measurements (n, 3) to the unit of strengths (n,), and the median strength."""
     size, middle_nT = (float(np.median(sizes)) for sizes in (np.linalg.norm(measured_nT, axis=1), strength_nT))
-    return 1.0 if 1 / policy.other_unit < size / middle_nT < policy.other_unit else middle_nT / size, middle_nT
+    return 1.0 if 1 / policy.clearly_larger < size / middle_nT < policy.clearly_larger else middle_nT / size, middle_nT
 
 
 def fit_iron(task: IronFitTask, block: int, policy: Policy) -> Array:
@@ -80,8 +80,8 @@ def fit_iron(task: IronFitTask, block: int, policy: Policy) -> Array:
 
 def _near(off: Array, policy: Policy) -> Array:
     """1 for samples (n,) without outliers; 1 for all samples where outliers are too many."""
-    far = off > policy.base_outlier * max(float(np.median(off)), SETTLED)
-    return np.ones(len(off)) - far * float(far.mean() < policy.most_base_outliers)
+    far = off > policy.never_sigma * max(float(np.median(off)), SETTLED)
+    return np.ones(len(off)) - far * float(far.mean() < policy.fair_share)
 
 
 def _power(residual: Array, block: int, policy: Policy) -> float:

@@ -26,7 +26,7 @@ class Level:
     def of(cls, R_wb: Array, field_enu_nT: Array, policy: Policy) -> Level | None:
         """Down vectors from attitudes (n, 3, 3), independent of the heading; None for a nearly vertical field."""
         level_nT, size_nT = np.hypot(*field_enu_nT[:2]), np.linalg.norm(field_enu_nT)
-        return cls(-R_wb[:, 2], field_enu_nT) if level_nT > policy.least_level * size_nT else None
+        return cls(-R_wb[:, 2], field_enu_nT) if level_nT > policy.trace * size_nT else None
 
     def given_rad(self, track: FieldTrack | None) -> Array:
         """Dip (n,) of the given field, including its change along a track."""

@@ -146,7 +146,7 @@ class LinearProblem:
         The residual contains the sample's attitude error: an effect sensitive to small changes, as hysteresis at rest,
         would fit the error.
         """
-        return by_neighbours(self.clean_nT, self.state.time_s, self.policy.own_course * self.sigma_nT)
+        return by_neighbours(self.clean_nT, self.state.time_s, self.policy.far_sigma * self.sigma_nT)
 
     @cached_property
     def sections(self) -> list[slice]:

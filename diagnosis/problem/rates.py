@@ -74,4 +74,4 @@ def quieter_rate(recording: Recording, policy: Policy) -> Array:
         return derived
     repeated = np.mean((np.diff(q, axis=0) == 0).all(axis=1))
     quieter = sample_noise(gyro).sum() < sample_noise(derived).sum()
-    return gyro if repeated > policy.held_attitude or quieter else derived
+    return gyro if repeated > policy.little or quieter else derived

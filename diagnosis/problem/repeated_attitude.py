@@ -38,7 +38,7 @@ def interpolate_attitude(recording: Recording, policy: Policy) -> ContinuousAtti
     rows = np.diff(new)
     pace = int(np.median(rows)) if len(rows) else 0
     share = float(min(again.sum(), (rows[rows <= pace + 1] - 1).sum())) / n
-    if share <= policy.held_attitude or np.mean(np.abs(rows - pace) > 1) > policy.held_attitude:
+    if share <= policy.little or np.mean(np.abs(rows - pace) > 1) > policy.little:
         return as_it_is
     known = _known(new, pace)
     course = attitude_course(recording.time_s[known], q[known])

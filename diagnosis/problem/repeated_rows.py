@@ -22,11 +22,11 @@ def held(mag_nT: Array, residual: Array, policy: Policy) -> NDArray[np.bool_]:
     """
     again = repeated(mag_nT)
     share = float(again.mean())
-    if share <= policy.held_rows:
+    if share <= policy.hardly_any:
         return np.zeros(len(mag_nT), np.bool_)
     steps = np.array([np.diff(np.unique(axis)).min(initial=np.inf) for axis in mag_nT.T])
     chance = float(np.prod(np.minimum(1.0, steps / (2 * np.sqrt(np.pi) * sample_noise(residual)))))
-    return again & (share > policy.held_odds * chance)
+    return again & (share > policy.much_larger * chance)
 
 
 def noise_of_neighbours(residual: Array, mag_nT: Array, time_s: Array, policy: Policy) -> Array:

@@ -136,7 +136,7 @@ def with_attitude_std(problem: LinearProblem, attitude_std_rad: float) -> Linear
     stated = replace(problem, attitude_std_rad=attitude_std_rad)
     if attitude_std_rad == 0 or not problem.turns:
         return stated
-    least_rad, state = problem.policy.shown_beside_attitude * attitude_std_rad, problem.state
+    least_rad, state = problem.policy.tenfold * attitude_std_rad, problem.state
     left_nT = problem.target * problem.sigma_nT
     turn = _turn(state, problem.base, problem.clean_nT - problem.beyond_nT, left_nT, problem.sigma_nT, least_rad)
     values, directions = np.linalg.eigh(np.cov(state.field_nT.T))
@@ -154,7 +154,7 @@ def robust_fit(base: Array, mag_nT: Array, policy: Policy) -> Array:
     """Least squares (p, q), repeated once without outliers, so that rare failures do not determine the base."""
     beta = np.linalg.lstsq(base, mag_nT, rcond=None)[0]
     off = np.abs(mag_nT - base @ beta)
-    far = (off > policy.base_outlier * np.maximum(np.median(off, axis=0), 1e-9)).any(axis=1)
-    if 0 < np.count_nonzero(far) < policy.most_base_outliers * len(far):
+    far = (off > policy.never_sigma * np.maximum(np.median(off, axis=0), 1e-9)).any(axis=1)
+    if 0 < np.count_nonzero(far) < policy.fair_share * len(far):
         beta = np.linalg.lstsq(base[~far], mag_nT[~far], rcond=None)[0]
     return np.asarray(beta)

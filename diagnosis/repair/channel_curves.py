@@ -41,7 +41,7 @@ def follow_channels(start: Baseline, baseline: Baseline | None = None) -> Follow
     end = start.with_columns(np.concatenate(columns, axis=2))
     named = _named_curves(curves, end, [of_curve.shape[2] for of_curve in columns])
     followed = FollowedChannels(tuple(named), _modelled_gap(start, end))
-    return followed if followed.explained >= start.problem.policy.least_share else None
+    return followed if followed.explained >= start.problem.policy.fair_share else None
 
 
 def better_channels(start: Baseline, case: VerdictInput) -> FollowedChannels | None:
@@ -52,7 +52,7 @@ def better_channels(start: Baseline, case: VerdictInput) -> FollowedChannels | N
     if not case.where or case.where[0].channel not in unnamed_channels(case):
         return None
     followed, explained = follow_channels(start), case.gap.explained or 0.0
-    if followed is None or 1 - followed.explained > start.problem.policy.curve_residual * (1 - explained):
+    if followed is None or 1 - followed.explained > start.problem.policy.half * (1 - explained):
         return None
     return followed
 

@@ -215,7 +215,7 @@ def common_value_effects(effects_of_each: Sequence[Sequence[NamedEffect]], polic
 
 def _common_value_effect(effects: Sequence[NamedEffect | None], policy: Policy) -> CommonEffect:
     known = sorted((effect for effect in effects if effect is not None), key=lambda effect: main_size(effect.effect))
-    alike = main_size(known[-1].effect) <= policy.stated_margin * main_size(known[0].effect)
+    alike = main_size(known[-1].effect) <= policy.somewhat_larger * main_size(known[0].effect)
     named = replace(known[len(known) // 2], transfer=_transfer_of(alike, effects))
     return CommonEffect(named, tuple(effects), _presences(effects), None, 0, None)
 

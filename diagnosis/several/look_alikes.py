@@ -46,7 +46,7 @@ def is_explained_by(columns: Sequence[Array | None], best: PooledCandidate) -> b
         kept += held_out_nats(baseline, joint_columns, noise_model) - best_alone
         alone += held_out_nats(baseline, baseline.columns_with(rival_columns), noise_model)
         alone -= held_out_nats(baseline, baseline.accepted_columns, noise_model)
-    return kept / max(alone, 1e-9) < best.policy.look_alike_kept
+    return kept / max(alone, 1e-9) < best.policy.half
 
 
 def fit_equally_well(finding: TransferFinding, settings: Settings, problems: Sequence[LinearProblem]) -> list[str]:

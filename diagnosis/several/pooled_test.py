@@ -230,7 +230,7 @@ def with_own_effects(in_recording: CandidateInRecording, own_columns: Sequence[A
     alone = held_out_nats(before, before.columns_with(in_recording.columns), noise_model)
     alone -= held_out_nats(before, before.accepted_columns, noise_model)
     kept = held_out_nats(before, baseline.columns_with(in_recording.columns), noise_model) - own
-    if kept >= policy.look_alike_kept * max(alone, 1e-9):
+    if kept >= policy.half * max(alone, 1e-9):
         return in_recording
     return CandidateInRecording.of(in_recording.candidate, in_recording.problem, baseline, in_recording.columns)
 

@@ -296,7 +296,7 @@ def _explains_gap(
         for before, after, presence in pairs
         if presence is Presence.PRESENT
     ]
-    return float(np.mean(shares or [0.0])) >= recordings[0].problem.policy.least_added
+    return float(np.mean(shares or [0.0])) >= recordings[0].problem.policy.trace
 
 
 def _along_the_field(

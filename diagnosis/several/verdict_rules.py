@@ -155,7 +155,7 @@ class PooledVerdict:
 def _small_share_doubt(case: VerdictInput) -> tuple[str, ...]:
     """Doubt where a coloured residual remains and the effects explain less than the least share."""
     explained = case.gap.explained
-    if case.clean or explained is None or explained >= case.problem.policy.least_share or not case.held_out_effects:
+    if case.clean or explained is None or explained >= case.problem.policy.fair_share or not case.held_out_effects:
         return ()
     return (f"coefficients of the other recordings explain {100 * explained:.0f} % of its gap",)
 

@@ -132,7 +132,7 @@ def test_what_is_undone_by_what_is_in_is_none(
 ) -> None:
     """But what could stand for it shares its course: that is one cause with it."""
     chosen = _one(RegionalField)
-    taken = STANDARD.absorbed_survival * chosen.evidence.strength / kept
+    taken = STANDARD.little * chosen.evidence.strength / kept
     monkeypatch.setattr(Evidence, "explained_rms", lambda *_: taken)
     first = _one(MotorCurrent, 10.0, *(chosen.name for _ in others))
     assert _is_cancelled(chosen, [first], Baseline.of(POSED)) is undone

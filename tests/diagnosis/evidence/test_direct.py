@@ -55,7 +55,7 @@ def test_a_clock_that_errs_now_and_then_makes_no_wrong_values() -> None:
     late = np.repeat(rng.random(4000) < 0.01, 2)
     posed = problem(replace(given, att_q=given.att_q[np.maximum(np.arange(8000) - late, 0)]))
     assert direct_evidence(posed) == []
-    assert direct_evidence(replace(posed, policy=Policy(off_along=1e-6))) != []
+    assert direct_evidence(replace(posed, policy=Policy(little=1e-6))) != []
 
 
 def _rounded(model: tuple[Effect, ...] = (), policy: Policy = STANDARD):  # type: ignore[no-untyped-def]
@@ -76,11 +76,11 @@ def test_what_the_model_has_or_the_library_has_not_is_not_found() -> None:
 
 
 def test_a_number_of_the_policy_changes_what_is_seen() -> None:
-    assert direct_evidence(_rounded(policy=Policy(least_step_sigma=10.0))) == []
+    assert direct_evidence(_rounded(policy=Policy(trace=10.0))) == []
 
 
 def test_a_gap_is_quiet_by_its_size_in_noises() -> None:
-    limit = np.full((5, 3), STANDARD.quiet_sigma)
+    limit = np.full((5, 3), STANDARD.somewhat_larger)
     assert _quiet(0.9 * limit, STANDARD)
     assert not _quiet(1.1 * limit, STANDARD)
 
@@ -234,7 +234,7 @@ def test_a_step_is_the_models_within_a_hundredth_and_a_full_scale_within_a_tenth
 def test_wrong_values_of_nearly_one_size_are_all_that_there_are(above: float, mean: float) -> None:
     """Of a hundred in the mean, so much of it above the least."""
     size_nT = 100.0 * (1 + above * np.linspace(-1.0, 1.0, 101))
-    rate_hz, mean_nT = _spike_law(size_nT, 101.0, STANDARD.one_size)
+    rate_hz, mean_nT = _spike_law(size_nT, 101.0, STANDARD.quarter)
     assert mean_nT == pytest.approx(mean)
     assert (rate_hz == 1.0) is (mean == 100.0)
 

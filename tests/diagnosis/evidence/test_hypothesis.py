@@ -112,7 +112,7 @@ def test_in_a_wander_alone_nothing_is_found(seed: int) -> None:
 
 def test_a_candidate_that_explains_little_beside_a_coloured_rest_is_no_name() -> None:
     posed = _wandering(0, HIDDEN, step_nT=0.1)
-    strict = replace(posed, policy=Policy(least_added=0.9))
+    strict = replace(posed, policy=Policy(trace=0.9))
     assert select(strict).accepted == ()
 
 

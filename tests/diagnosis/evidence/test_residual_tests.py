@@ -28,7 +28,7 @@ def test_white_noise_is_clean() -> None:
 
 
 def test_an_alarm_of_a_half_is_given_to_about_half() -> None:
-    loose = Policy(means_alarm=0.5)
+    loose = Policy(test_alarm=0.5)
     alarms = sum(any(w.startswith("means") for w in _tests(_white(seed), loose).why) for seed in range(30))
     assert 0.15 * 30 < alarms < 0.65 * 30
 

@@ -16,7 +16,7 @@ N = 4000
 T = np.arange(N) / HZ
 SPEED_HZ = 2.5 + np.cos(2 * np.pi * T / 300)
 SWEPT = 0.5 * np.sin(2 * np.pi * np.cumsum(SPEED_HZ) / HZ)[:, None]
-LOOSE, LARGER = Policy(rise_alarm=0.2, least_rise=1e-9), Policy(least_rise=0.2)
+LOOSE, LARGER = Policy(spectrum_alarm=0.2, hardly_any=1e-9), Policy(hardly_any=0.2)
 POSED = {policy: problem(policy=policy) for policy in (STANDARD, LOOSE, LARGER)}
 
 

@@ -200,7 +200,7 @@ def test_the_base_takes_up_whole_what_is_called_iron(name: str) -> None:
 def test_the_base_leaves_most_of_what_a_free_motion_shows() -> None:
     posed = problem()
     driven = [members[0] for name, members in propose_candidates(posed).items() if BY_NAME[name].with_role("motor")]
-    assert all(survival(posed, candidate) > posed.policy.absorbed_survival for candidate in driven)
+    assert all(survival(posed, candidate) > posed.policy.little for candidate in driven)
 
 
 def test_a_delay_is_driven_by_the_rate_and_not_by_the_noise_of_an_attitude() -> None:

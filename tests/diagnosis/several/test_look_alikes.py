@@ -129,7 +129,7 @@ def test_what_is_much_smaller_than_alone_looked_like_what_is_in() -> None:
     )
     joints = (PooledCandidate.of(DRIFT, [each] * 2, [here] * 2, 1) for each in (coloured_baseline, alone))
     one, other = (PooledEffect(reached(pooled, 0.0, STANDARD), ()) for pooled in joints)
-    assert one.strength < STANDARD.shrunk_form * other.strength
+    assert one.strength < STANDARD.half * other.strength
     assert one.without_others([alone] * 2).strength == other.strength
 
 
