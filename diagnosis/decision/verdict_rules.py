@@ -63,13 +63,30 @@ def verdict_of(case: VerdictInput) -> Verdict:
 
 def doubts_of(case: VerdictInput, verdict: Verdict) -> tuple[str, ...]:
     """Reasons why the named effects only resemble the cause; empty if none, or if nothing can be decided."""
-    decisive = next(filter(None, (doubt(case) for doubt in DECISIVE_DOUBTS)), None) if case.held_out_effects else None
+    decisive = next(filter(None, (doubt(case) for doubt in _decisive_doubts(case, verdict))), None)
     if decisive is not None:
         return (decisive,)
     mixed = not case.clean if verdict is Verdict.PARTIAL else case.noisy
     if verdict not in (Verdict.PARTIAL, Verdict.COMPOSITE, Verdict.CLASS) or not mixed or case.gap.explained is None:
         return ()
     return tuple(reason for doubt in NAME_DOUBTS if (reason := doubt(case)) is not None)
+
+
+def _decisive_doubts(case: VerdictInput, verdict: Verdict) -> tuple[NameDoubt, ...]:
+    if case.held_out_effects:
+        return DECISIVE_DOUBTS
+    return (driver_unnamed,) if verdict.explained and case.named else ()
+
+
+def driver_unnamed(case: VerdictInput) -> str | None:
+    """Doubt where only iron, noise or steps are named, and the gap follows a channel more than time.
+
+    A monotone channel counts as time; a weak driver passes for slow noise or for the iron that holds its mean.
+    """
+    time = next((share.share for share in case.where if share.channel == TIME), 0.0)
+    driving = (share for share in case.where if share.channel not in monotone_channels(case.problem) | {TIME})
+    leading = next((share.channel for share in driving if share.share > time + case.problem.policy.little), None)
+    return None if leading is None else f"the gap follows {leading}, and no named effect does"
 
 
 def gap_is_larger(case: VerdictInput) -> str | None:

@@ -99,6 +99,19 @@ def test_beside_noise_a_sure_name_stands_however_little_it_explains(
     assert verdict_of(case_of(sure, other, clean=False, explained=explained)) is Verdict.UNKNOWN
 
 
+@pytest.mark.parametrize(("name", "time", "doubted"), [
+    (IRON, None, True), (NOISE, None, True), (IRON, 0.75, True), (IRON, 0.85, False), (FOUND, None, False),
+])  # fmt: skip
+def test_iron_or_noise_beside_a_gap_that_follows_a_channel_is_no_answer(
+    name: NamedEffect, time: float | None, doubted: bool
+) -> None:
+    """A pump's mean is iron, and its switching resembles slow noise; time and what only rises is no driver."""
+    clock = () if time is None else (ChannelShare("time_s", "body", time),)
+    where = (ChannelShare("current_1_A", "body", 0.9), *clock)
+    told = doubts_of(case_of(name, where=where), verdict_of(case_of(name, where=where)))
+    assert told == (("the gap follows current_1_A, and no named effect does",) if doubted else ())
+
+
 def test_a_name_after_which_the_channel_is_still_there_only_resembles_the_cause() -> None:
     assert channel_in_residual(_still_driven(1.0)) == "the residual still follows current_1_A"
     assert doubts_of(_still_driven(1.0), Verdict.PARTIAL)
