@@ -37,9 +37,20 @@ def iron_changes(selection: Selection) -> IronChanges:
     all_changes = _find_changes(selection, baseline)
     if not conventions.shape[2] or not all_changes:
         return IronChanges(all_changes, ())
-    findings = _find_changes(selection, baseline.with_columns(conventions))
+    found, policy = _find_changes(selection, baseline.with_columns(conventions)), selection.end.problem.policy
+    findings = tuple(change for change in found if not _is_error_of_convention(change, all_changes, policy))
     names = {change.name for change in findings}
     return IronChanges(findings, tuple(change for change in all_changes if change.name not in names))
+
+
+def _is_error_of_convention(change: AcceptedEffect, whole: Sequence[AcceptedEffect], policy: Policy) -> bool:
+    """Whether little of the changes is left beside another reference: the reference times the error of its slopes.
+
+    Constants are compared with constants, matrices with matrices.
+    """
+    constant = change.evidence.candidate.effect.traits.constant
+    alike = (one.evidence.gain for one in whole if one.evidence.candidate.effect.traits.constant == constant)
+    return change.evidence.gain < policy.little**2 * sum(alike)
 
 
 def _conventions(selection: Selection) -> Array:

@@ -46,6 +46,7 @@ GUARDS = {
     "advice.py": {"MINUTE_S", "MOST_TIMES", "TRIED_CHANNELS"},
     "legs.py": {"LEGS", "SWAYING", "QUICK", "QUIET"},
     "result.py": {"NORMAL_95"},
+    "model_diff.py": {"DIGITS"},
     "remarks.py": {"EARTH_RADIUS_M", "AXES"},
     "sentence.py": {"LISTED_CHANNELS"},
     "iron.py": {"STEPS"},

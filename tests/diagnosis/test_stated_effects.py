@@ -104,3 +104,18 @@ def test_the_json_tells_what_the_written_model_leaves(diagnosed) -> None:  # typ
     gap = json.loads(json.dumps(diagnosed({"motor_current": {"gain_nT_A": [2.0, -1.0, 4.0]}}).as_dict()))["gap"]
     assert gap["resimulated"]["rms_nT"] == pytest.approx(NOISE_NT, rel=0.05)
     assert gap["before"]["rms_nT"] > 1.1 * gap["resimulated"]["rms_nT"]
+
+
+SLOPES = {"temperature_scale": {"slope_1_K": [3e-4, -2e-4, 1e-4], "reference_degC": 0.0}}
+
+
+@pytest.mark.parametrize("seed", [31, 32, 33])
+def test_another_reference_temperature_is_no_change_of_the_scale(seed: int) -> None:
+    """Slopes are known to a hundredth, and the reference is 16 K away: a trace of a scale is left."""
+    (found,) = _diagnosed(SLOPES, {}, seed=seed).named
+    assert (found.name, [effect.name for effect in found.also]) == ("temperature_scale", ["scale"])
+
+
+def test_a_change_of_the_iron_beside_another_reference_is_a_finding() -> None:
+    found = _diagnosed(SLOPES | {"hard_iron": {"offset_nT": [510.0, -300.0, 800.0]}}, {}, seed=34)
+    assert sorted(cause.name for cause in found.named) == ["hard_iron", "temperature_scale"]

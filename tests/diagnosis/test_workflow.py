@@ -146,7 +146,7 @@ def test_beside_a_rotor_whose_tone_sweeps_a_drift_stands_and_nothing_is_clean() 
     assert found.after.clean
     (left,) = found.as_dict()["left"]
     assert left.startswith("structure between 1.4 and 3.")
-    assert "but a part of the gap is unexplained (structure" in found.sentence
+    assert "nT: structure" in found.sentence
     assert any("does not rise with frequency" in line for line in found.advice)
 
 

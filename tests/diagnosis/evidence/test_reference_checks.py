@@ -101,7 +101,7 @@ def test_beside_a_heading_of_its_own_compass_a_current_is_found_by_strength_and_
 
 
 def test_in_a_field_that_stands_upright_there_is_no_dip_to_compare() -> None:
-    posed = pose(with_own_compass(0.3, IRON), FIELD_ENU_NT, STRENGTH_NT, (), replace(STANDARD, least_level=0.9))
+    posed = pose(with_own_compass(0.3, IRON), FIELD_ENU_NT, STRENGTH_NT, (), replace(STANDARD, trace=0.9))
     mended = correct_reference(posed)
     assert mended.compared == "strength"
     assert "only the field's strength was compared" in mended.corrections[0].words
