@@ -1,0 +1,82 @@
+"""The JSON of several recordings repeats what was found; the gap of all; the worst of them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from diagnosis.result import GapSize, Transfer
+from diagnosis.several.scope import SENSORS
+from diagnosis.several.verdict_rules import joint_gap
+from tests.diagnosis.several.told import ABSENT, GAP, HERE, OPEN, common, own, pooled
+
+GAP_JSON = {
+    "before": {"rms_nT": 20.0, "rms_sigma": 10.0},
+    "after": {"rms_nT": 4.0, "rms_sigma": 2.0},
+    "explained": 0.9,
+}
+
+
+def test_the_json_has_the_verdict_the_effects_and_each_recording() -> None:
+    some = common(Transfer.SOME, (HERE, ABSENT, OPEN), (3.0, None, 2.0))
+    single = common(Transfer.SINGLE_RUN, (HERE, OPEN, OPEN), (1.0, None, None))
+    where: Any = (("mag_x_nT", "body", 0.123456),)
+    told = pooled(some, single=(single,), where=where, unexplained=("left",), advice=("do",), sentence="so.").as_dict()
+    assert (told["verdict"], told["sentence"], told["mode"]) == ("named", "so.", "vector")
+    assert told["where"] == [{"channel": "mag_x_nT", "frame": "body", "score": 0.1235}]
+    assert (told["gap"], told["left"], told["advice"]) == (GAP_JSON, ["left"], ["do"])
+    assert "worst" not in told
+    (effect,), (alone,) = told["effects"], told["not_borne_out"]
+    assert (effect["name"], effect["evidence"], alone["evidence"]) == ("motor_current", "some", "single-run")
+    assert (effect["how"], effect["evidence_nats"], effect["strength_sigma"]) == ("held-out", 50.0, 2.0)
+    assert effect["agreement"] == {"chi2": 1.5, "degrees": 3, "p": 0.7}
+    assert [one["says"] for one in effect["recordings"]] == [HERE, ABSENT, OPEN]
+    assert [one["evidence_nats"] for one in effect["recordings"]] == [50.0, None, 50.0]
+    assert effect["recordings"][1]["parameters"] == {}
+    assert effect["recordings"][2]["parameters"]["gain_nT_A"]["value"] == [2.0, 0.0, 0.0]
+    gain = effect["parameters"]["gain_nT_A"]
+    assert (gain["value"], gain["unit"]) == ([3.0, 0.0, 0.0], "nT/A")
+    assert gain["high"][0] == pytest.approx(3.0 + 1.96 * 0.1, abs=1e-4)
+    assert [one["name"] for one in told["recordings"]] == ["first", "second", "third"]
+    assert [list(one["coefficients"]) for one in told["recordings"]] == [["motor_current"], [], ["motor_current"]]
+    assert told["recordings"][0]["gap_together"] == GAP_JSON
+    assert (told["recordings"][0]["gap"], told["recordings"][0]["verdict"]) == ({"own": 1}, "none")
+
+
+def test_where_nothing_is_common_the_worst_one_s_own_effects_are_told() -> None:
+    assert pooled().as_dict()["effects"] == []
+    told = pooled(first=1).as_dict()
+    assert told["effects"] == [{"name": "scale", "only_in": "second"}]
+    assert told["worst"] == "second"
+    assert pooled(common(Transfer.SOME), first=0).as_dict()["effects"][0]["name"] == "motor_current"
+
+
+def test_sensors_are_no_second_recording() -> None:
+    told = pooled(common(Transfer.TRANSFERRED), scope=SENSORS, first=0).as_dict()
+    (effect,) = told["effects"]
+    assert (effect["evidence"], effect["among_sensors"]) == ("single-run", "the same")
+    assert len(effect["sensors"]) == len(told["sensors"]) == 3
+    assert "recordings" not in told
+
+
+def test_only_what_no_recording_shows_cannot_be_seen() -> None:
+    each = [own(not_observable=names) for names in (("a", "b", "c"), ("c", "a"), ("a", "d", "c"))]
+    assert pooled(each=each).not_observable == ("a", "c")
+    assert repr(pooled(sentence="so.")) == "named: so."
+
+
+def test_an_effect_is_shown_by_several_unless_it_is_of_a_single_run() -> None:
+    assert [common(each).several for each in Transfer] == [each is not Transfer.SINGLE_RUN for each in Transfer]
+
+
+def test_the_gap_of_all_is_their_rms_and_what_is_explained_at_most_all() -> None:
+    other = GapSize(10.0, 5.0, 2.0, 1.0, 0.8)
+    whole = joint_gap([GAP, other])
+    assert whole.before_nT == pytest.approx(np.sqrt((20.0**2 + 10.0**2) / 2))
+    assert whole.after_sigma == pytest.approx(np.sqrt((2.0**2 + 1.0**2) / 2))
+    assert whole.explained == pytest.approx((10.0**2 - 2.0**2 + 5.0**2 - 1.0**2) / (10.0**2 + 5.0**2 - 2))
+    beyond = replace(GAP, after_sigma=0.5)
+    assert joint_gap([beyond]).explained == 1.0

@@ -1,0 +1,74 @@
+"""Diagnoses of several recordings made by hand: what is told is known."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from diagnosis.result import EvidenceKind, GapSize, NamedEffect, Transfer
+from diagnosis.several.common_effects import CommonEffect
+from diagnosis.several.result import PooledDiagnosis
+from diagnosis.several.transfer import Presence
+from diagnosis.verdict import Verdict
+from sim.effects.currents import MotorCurrent
+from sim.effects.iron import HardIron
+
+GAP = GapSize(20.0, 10.0, 4.0, 2.0, 0.9)
+NAMES = ("first", "second", "third")
+HERE, ABSENT, OPEN = Presence.PRESENT, Presence.ABSENT, Presence.UNDECIDED
+
+
+def motor(
+    gain_nT_A: float = 3.0, transfer: Transfer = Transfer.TRANSFERRED, kind: EvidenceKind = EvidenceKind.HELD_OUT
+) -> NamedEffect:
+    """A motor's field along x, known to a tenth of a nT an ampere."""
+    spread = {"gain_nT_A": np.array([0.1, 0.1, 0.1])}
+    return NamedEffect(MotorCurrent(gain_nT_A=(gain_nT_A, 0.0, 0.0)), (), kind, 50.0, 2.0, spread, transfer)
+
+
+def iron(transfer: Transfer = Transfer.TRANSFERRED) -> NamedEffect:
+    """A change of the hard iron."""
+    return NamedEffect(HardIron(offset_nT=(9.0, 0.0, 0.0)), (), EvidenceKind.IRON, 30.0, 1.0, {}, transfer)
+
+
+def common(
+    transfer: Transfer,
+    presence: Sequence[Presence] = (HERE, HERE, HERE),
+    gains: Sequence[float | None] = (3.0, 3.0, 3.0),
+    ratios: Sequence[tuple[float, float] | None] = (),
+) -> CommonEffect:
+    """A motor's field in three recordings, of a size in each."""
+    each = tuple(None if gain is None else motor(gain, transfer) for gain in gains)
+    return CommonEffect(motor(3.0, transfer), each, tuple(presence), 1.5, 3, 0.7, tuple(ratios))
+
+
+def own(verdict: Verdict = Verdict.NONE, **said: Any) -> Any:
+    """A recording's own diagnosis, as far as several recordings ask for it."""
+    table = {"verdict": verdict, "sentence": f"it is {verdict}.", "gap": {"own": 1}, "effects": [{"name": "scale"}]}
+    about = {"named": (), "advice": (), "not_observable": (), "gap": GAP, "problem": SimpleNamespace(compared="vector")}
+    return SimpleNamespace(verdict=verdict, sentence=table["sentence"], as_dict=lambda: table, **(about | said))
+
+
+def pooled(*effects: CommonEffect, each: Sequence[Any] = (), **said: Any) -> PooledDiagnosis:
+    """Three recordings with common effects."""
+    diagnoses = tuple(each) or (own(), own(), own())
+    known: dict[str, Any] = {
+        "names": NAMES,
+        "each": diagnoses,
+        "verdict": Verdict.NAMED,
+        "sentence": "",
+        "common": effects,
+        "single": (),
+        "gap": GAP,
+        "gaps": (GAP,) * 3,
+        "where": (),
+        "unexplained": (),
+        "advice": (),
+        "model": None,
+        "before_nT": (),
+        "after_nT": (),
+    }
+    return PooledDiagnosis(**(known | said))
