@@ -49,7 +49,7 @@ class Verdict(StrEnum):
     PARTIAL = (
         "partial",
         "causes that explain a part of the gap; the rest is unexplained",
-        "{lacks}: {causes}{share}, but a part of the gap is unexplained ({left}).",
+        "{lacks}: {causes}{share}, but a part of the gap is unexplained ({left}): these names are not certain.",
         False,
     )
     GENERIC = (

@@ -31,10 +31,14 @@ class HypothesisPair:
     listed: bool
 
     @classmethod
-    def of(cls, recording: LegProblem, cause: NamedEffect, rival: str, *, listed: bool) -> HypothesisPair:
-        """Pair a named effect with a rival fitted to it."""
+    def of(cls, recording: LegProblem, cause: NamedEffect, rival: str, *, listed: bool) -> HypothesisPair | None:
+        """Pair a named effect with a rival fitted to it; None for a rival without a setting, as a body without
+        a place beside the path.
+        """
         window = cause.effect.active_s
         rivals = _settings(recording, rival, cause.effect, window)
+        if not rivals:
+            return None
         second = recording.fitted(cause.effect, rivals)
         own = (Candidate.of(cause.effect), *_settings(recording, cause.name, second, window))
         permanent, permanent_rivals = (
@@ -84,13 +88,17 @@ class HypothesisPair:
 
 def pairs_of(recording: LegProblem, cause: NamedEffect) -> Iterator[HypothesisPair]:
     """Pair a named effect with each look-alike observable in another run, and iron with all other changes of iron."""
-    for rival in cause.alternatives:
-        if _is_tried(recording, cause.name, rival) and not are_equivalent(cause.name, rival):
-            yield HypothesisPair.of(recording, cause, rival, listed=True)
+    rivals = [
+        (rival, True)
+        for rival in cause.alternatives
+        if _is_tried(recording, cause.name, rival) and not are_equivalent(cause.name, rival)
+    ]
     if cause.kind is EvidenceKind.IRON:
-        for rival in iron_candidates():
-            if rival not in (cause.name, *cause.alternatives):
-                yield HypothesisPair.of(recording, cause, rival, listed=False)
+        rivals += [(rival, False) for rival in iron_candidates() if rival not in (cause.name, *cause.alternatives)]
+    for rival, listed in rivals:
+        pair = HypothesisPair.of(recording, cause, rival, listed=listed)
+        if pair is not None:
+            yield pair
 
 
 def are_equivalent(first: str, second: str) -> bool:

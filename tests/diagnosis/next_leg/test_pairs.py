@@ -54,6 +54,14 @@ def test_a_body_and_a_gradient_are_told_apart_nearer_to_the_body(flown: LegProbl
     )
 
 
+def test_a_body_that_fits_at_no_place_beside_the_path_is_no_rival(flown: LegProblem) -> None:
+    nowhere = replace(STANDARD, farthest_place_m=1e-3, farthest_share=1e-6)
+    narrow = replace(flown, problem=replace(flown.problem, policy=nowhere))
+    gradient = FieldGradient(gradient_nT_m=((1.0, 0.5, 0.0), (0.5, -2.0, 0.3), (0.0, 0.3, 1.0)))
+    assert [*pairs_of(narrow, named(gradient, "local_dipole"))] == []
+    assert [pair.second.name for pair in pairs_of(flown, named(gradient, "local_dipole"))] == ["local_dipole"]
+
+
 def test_a_ripple_has_another_phase_in_another_run(flown: LegProblem) -> None:
     ripple = CurrentRipple(amplitude_nT_A=(3.0, -2.0, 4.0), frequency_hz=1.3, phase_deg=20.0)
     later = CurrentRipple(ripple.amplitude_nT_A, ripple.frequency_hz, phase_deg=75.0)
@@ -63,7 +71,7 @@ def test_a_ripple_has_another_phase_in_another_run(flown: LegProblem) -> None:
 
 def test_what_acted_in_a_window_acts_all_along_on_the_leg(flown: LegProblem) -> None:
     switched = HardIron(offset_nT=(5.0, -3.0, 4.0), active_s=(80.0, 95.0))
-    pair = HypothesisPair.of(flown, named(switched, "temperature_offset"), "temperature_offset", listed=True)
+    (pair,) = pairs_of(flown, named(switched, "temperature_offset"))
     assert pair.first == HardIron(offset_nT=switched.offset_nT)
     assert pair.second.active_s is None
     assert {one.window for one in (*pair.first_candidates, *pair.second_candidates)} == {None}
@@ -140,6 +148,7 @@ def test_a_name_may_look_like_another_at_every_setting_that_is_listed_for_it(flo
     pair = HypothesisPair.of(
         flown, named(MotorCurrent(gain_nT_A=(3.0, -2.0, 4.0)), "hysteresis"), "hysteresis", listed=True
     )
+    assert pair is not None
     assert {dict(one.nonlinear)["motor"] for one in pair.first_candidates} == {0, 1, 2}
 
 
