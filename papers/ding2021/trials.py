@@ -219,8 +219,10 @@ def _against_bound(array: Array4, found: Array, noise_nT: float) -> dict[str, An
 
 
 def _evolved(array: Array4, found: Array, task: SpreadTask) -> dict[str, Any]:
-    """Return errors of the evolution alone, and distances from least squares in units of the bound, by weights."""
-    free, std = free_parameters(SENSORS), deviations(array, max(task.noise_nT, 1.0))
+    """Return errors of the evolution alone; with noise also distances from least squares in units of the bound.
+
+    The distances by weights too: without noise all weights have the same minimum, the true parameters.
+    """
 
     def ends(components: float, tensor: float, invariants: float) -> Array:
         method = IdeGradiometer(polish=False, components=components, tensor=tensor, invariants=invariants)
@@ -229,13 +231,17 @@ def _evolved(array: Array4, found: Array, task: SpreadTask) -> dict[str, Any]:
     def apart(end: Array) -> float:
         return float(np.abs((end - found)[free] / std).max())
 
-    evolved, weighted = ends(1.0, 1.0, 0.0), [ends(*weights) for weights in WEIGHTS]
-    return {
-        "evolved_errors": largest_errors(evolved, array.parameters),
-        "evolved_apart": apart(evolved),
-        "weights": [apart(end) for end in weighted],
-        "weights_errors": [largest_errors(end, array.parameters)[0] for end in weighted],
-    }
+    evolved = ends(1.0, 1.0, 0.0)
+    out: dict[str, Any] = {"evolved_errors": largest_errors(evolved, array.parameters)}
+    if task.noise_nT:
+        free, std = free_parameters(SENSORS), deviations(array, task.noise_nT)
+        weighted = [ends(*weights) for weights in WEIGHTS]
+        out |= {
+            "evolved_apart": apart(evolved),
+            "weights": [apart(end) for end in weighted],
+            "weights_errors": [largest_errors(end, array.parameters)[0] for end in weighted],
+        }
+    return out
 
 
 def nominal() -> Array:

@@ -75,6 +75,12 @@ def test_same_noise_on_all_sensors_hardly_reaches_the_tensor():
     assert shared[1:].max() < 0.05 * floor
 
 
+def test_without_noise_the_evolution_alone_finds_the_array_and_weights_are_not_asked():
+    found = spread_trial(SpreadTask(1, 0.0, 0, evolve=True))
+    assert found["evolved_errors"][0] < 1e-3
+    assert "weights" not in found
+
+
 @pytest.mark.slow
 def test_small_population_is_stuck_where_a_large_one_is_not():
     small = search_trial(SearchTask(IdeGradiometer(polish=False, population=10), 0))
