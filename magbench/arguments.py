@@ -115,3 +115,10 @@ def complete_paper(incomplete: str) -> list[str]:
 
 def _starting_with(start: str, names: Sequence[str]) -> list[str]:
     return [name for name in names if name.startswith(start)]
+
+
+def drawn_anew(overrides: Sequence[str], varied: Mapping[str, object]) -> str:
+    """A line about values of --set that the scenario's [vary] draws anew for each run; "" for none."""
+    keys = [key for key in (one.partition("=")[0].strip() for one in overrides) if key in varied]
+    told = "[vary] of the scenario draws a value for each run, about or in place of this one"
+    return f"--set {', '.join(keys)}: {told}" if keys else ""

@@ -56,12 +56,13 @@ def command(
     Example: magbench compare quad-calibration --trials 100 --with ellipsoid,sphere --sweep noise_std_nT=5,50 -o out/c
     """
     from magbench.api.compare import compare
-    from magbench.arguments import split
+    from magbench.arguments import drawn_anew, split
     from magbench.console import emit, progress, say, warn
     from magbench.tables import show_comparison
     from sim.scenario import load
 
     spec = load(scenario, set_ or ())
+    warn(drawn_anew(set_ or (), spec.vary))
     place = out or Path("out") / f"{spec.name}-comparison"
     with progress(f"comparing on {spec.name}") as report:
         found = compare(

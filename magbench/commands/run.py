@@ -47,12 +47,13 @@ def command(
     Example: magbench run auv-dive -o out/dive --fail-if 'ellipsoid.heading_rms >= 0.1'
     """
     from magbench.api.run import run
-    from magbench.arguments import split
+    from magbench.arguments import drawn_anew, split
     from magbench.console import end_with, progress, warn
     from sim.scenario import load
     from validation.calibrating.fitting import not_applicable
 
     spec = load(scenario, set_ or ())
+    warn(drawn_anew(set_ or (), spec.vary))
     chosen: dict[str, Any] = {"with_": split(with_ or ""), "exec_": exec_ or (), "time_limit_s": time_limit_s}
     conditions = _conditions(fail_if or (), spec, **chosen)
     place = out or Path("out") / spec.name

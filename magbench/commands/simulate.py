@@ -42,12 +42,14 @@ def command(
     Example: magbench simulate auv-spiral -o data --runs 20 --seed 7
     """
     from magbench.api.simulate import simulate
+    from magbench.arguments import drawn_anew
     from magbench.console import emit, progress, say, warn
     from recordings.url_path import place_at
     from sim.scenario import load
     from sim.tracking import warning
 
     spec = load(scenario, set_ or ())
+    warn(drawn_anew(set_ or (), spec.vary))
     place = place_at(out or f"out/{spec.name}")
     with progress(f"simulating {spec.name}" + (f", {runs} runs" if runs > 1 else "")) as report:
         made = simulate(

@@ -129,12 +129,12 @@ def _arrows(outcome: Outcome, keep: slice) -> Iterator[Content]:
     wrong_nT = mag_nT - true_nT
     scale, usual = 1.6 * reach / outcome.field_strength_nT, float(np.nanmedian(np.linalg.norm(wrong_nT, axis=1)))
     arrows = {
-        "true_field": (scale * true_nT, TRUE),
-        "measured": (scale * mag_nT, MEASURED),
-        "disturbance": (wrong_nT * (0.8 * reach / usual if usual > 0 else 0.0), DIFFERENCE),
+        "true_field": (scale * true_nT, TRUE, 0.03),  # thick: the measured arrow shows beside it even where both agree
+        "measured": (1.15 * scale * mag_nT, MEASURED, 0.014),
+        "disturbance": (wrong_nT * (0.8 * reach / usual if usual > 0 else 0.0), DIFFERENCE, 0.018),
     }
-    for name, (values, colour) in arrows.items():
-        style = rr.Arrows3D.from_fields(colors=rgb(colour), radii=0.018 * reach)
+    for name, (values, colour, radius) in arrows.items():
+        style = rr.Arrows3D.from_fields(colors=rgb(colour), radii=radius * reach)
         time_s = outcome.recording.time_s[keep]
         yield Content(f"{VEHICLE}/field/{name}", style, Rows(time_s, rr.Arrows3D, {"vectors": values}))
 
@@ -205,7 +205,7 @@ def _spaces(outcome: Outcome) -> list[rrb.Spatial3DView]:
     best = [f"cloud/corrected/{entity_name(name)}" for name in outcome.shown()[:1]]
     clouds = ["cloud/raw", "cloud/reference", "cloud/now", *best]
     near = rrb.EyeControls3D(position=reach * np.array([-2.0, -2.6, 1.2]), look_target=(0, 0, -0.3 * reach))
-    legend = "Field: true (blue), measured (red), difference enlarged (pink)"
+    legend = "Field: true (blue), measured (red, 15 % longer), difference enlarged (pink)"
     body = rrb.Spatial3DView(
         origin=PLACE, contents=["world/**", f"- {PLACE}/here"], name=legend, line_grid=False, eye_controls=near
     )

@@ -55,7 +55,8 @@ def recording_bytes(
     if stream.get_application_id() is None:
         raise InputError("turns recordings off", where="environment variable RERUN", do="unset it")
     try:
-        stream.send_blueprint(blueprint, make_active=False, make_default=True)
+        # active, since a viewer that reads by HTTP makes a layout of its own before the default one has arrived
+        stream.send_blueprint(blueprint, make_active=True, make_default=True)
         stream.send_recording_name(title)
         for key, value in about.items():
             stream.send_property(key, value)
@@ -112,7 +113,10 @@ def time_view(name: str, time_s: Array, *contents: str, low: float | None = None
     whole = rr.TimeRange(*(rr.TimeRangeBoundary.absolute(seconds=float(t)) for t in (time_s[0], time_s[-1])))
     axis_y = {} if low is None else {"axis_y": rrb.ScalarAxis(range=(low, -low), zoom_lock=False)}
     axis_x = rrb.TimeAxis(view_range=whole)
-    return rrb.TimeSeriesView(origin="/", contents=list(contents), name=name, axis_x=axis_x, **axis_y)
+    legend = rrb.PlotLegend(corner=rrb.Corner2D.RightTop)  # by default the legend lies over the axis' ticks
+    return rrb.TimeSeriesView(
+        origin="/", contents=list(contents), name=name, axis_x=axis_x, plot_legend=legend, **axis_y
+    )
 
 
 def gap_views(gap: GapSeries, entity: str, after: str, name: str) -> rrb.Grid:
