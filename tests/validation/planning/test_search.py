@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import replace
 from itertools import pairwise
 
@@ -36,14 +37,22 @@ def hand() -> PlanningTask:
 
 @pytest.fixture(scope="module")
 def auv() -> PlanningTask:
-    return PlanningTask.of("auv", load("standard-full"), tilts=Tilts(12.0, 20.0), noise_std_nT=10.0)
+    """Sampled twice a second, for tests that take little time."""
+    like = load("standard-full", ["sampling.rate_hz=2"])
+    return PlanningTask.of("auv", like, tilts=Tilts(12.0, 20.0), noise_std_nT=10.0)
 
 
 @pytest.fixture(scope="module")
-def few_samples() -> PlanningTask:
-    """An AUV sampled twice a second, for tests that take little time."""
-    like = load("standard-full", ["sampling.rate_hz=2"])
-    return PlanningTask.of("auv", like, tilts=Tilts(12.0, 20.0), noise_std_nT=10.0)
+def of_five(auv: PlanningTask) -> RouteSearch:
+    """Routes of five attitudes at most, for 80 s; see `copied`."""
+    return RouteSearch(auv, 80.0, (5,))
+
+
+def copied(search: RouteSearch) -> RouteSearch:
+    """A search that has the routes, and adds more to itself alone."""
+    other = copy(search)
+    other.routes = list(search.routes)
+    return other
 
 
 @pytest.fixture(scope="module")
@@ -59,9 +68,9 @@ def widest(search: RouteSearch) -> list[float]:
 
 
 def test_routes_within_narrower_tilts_are_tried_by_a_vehicle_that_starts_anew(
-    auv: PlanningTask, hand: PlanningTask
+    auv: PlanningTask, hand: PlanningTask, of_five: RouteSearch
 ) -> None:
-    np.testing.assert_allclose(widest(RouteSearch(auv, TIME_S, (5,))), NARROWER, atol=0.03)
+    np.testing.assert_allclose(widest(of_five), NARROWER, atol=0.03)
     np.testing.assert_allclose(widest(RouteSearch(hand, TIME_S, (5,))), [1.0])
     known = auv.going_on(1e-4 * np.eye(len(auv.wanted)), 0.0)
     np.testing.assert_allclose(widest(RouteSearch(known, TIME_S, (5,))), [1.0], atol=0.03)
@@ -147,26 +156,26 @@ def test_a_person_s_attitudes_are_in_steps_and_not_refined(hand: PlanningTask) -
 
 @pytest.mark.parametrize(("ratio", "is_refined"), [(1.09, False), (1.11, True)])
 def test_a_route_is_refined_that_is_a_tenth_from_the_optimal_design(
-    few_samples: PlanningTask, ratio: float, is_refined: bool
+    of_five: RouteSearch, ratio: float, is_refined: bool
 ) -> None:
-    search = RouteSearch(few_samples, 80.0, (4,))
-    before, routes = search.best(80.0).error, len(search.routes)
+    search = copied(of_five)
+    before = search.best(80.0).error
+    routes = len(search.routes)
     search.least_in_a_second = np.sqrt(80.0) * before / ratio
     search.improve(80.0)
     assert (len(search.routes) > routes) is is_refined
     assert search.best(80.0).error <= before
 
 
-def test_a_time_that_no_route_fits_into_is_given_up(few_samples: PlanningTask) -> None:
-    search = RouteSearch(few_samples, 20.0, (4,))
-    routes = list(search.routes)
+def test_a_time_that_no_route_fits_into_is_given_up(of_five: RouteSearch) -> None:
+    search = copied(of_five)
     search.improve(20.0)
-    assert search.routes == routes
+    assert search.routes == of_five.routes
     assert search.best(20.0).error == np.inf
 
 
-def test_seconds_of_holding_take_all_the_time_that_turns_leave(few_samples: PlanningTask, by_hand: RouteSearch) -> None:
-    for search in (by_hand, RouteSearch(few_samples, 300.0, (5,))):
+def test_seconds_of_holding_take_all_the_time_that_turns_leave(of_five: RouteSearch, by_hand: RouteSearch) -> None:
+    for search in (by_hand, of_five):
         for found in (route.best(300.0) for route in search.routes):
             assert sum(leg.amount for leg in found.legs) == pytest.approx(300.0 - turning_s(found), abs=1e-3)
             assert any(0.01 < leg.amount % 1.0 < 0.99 for leg in found.legs)
