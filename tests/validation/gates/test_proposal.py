@@ -7,7 +7,10 @@ import pytest
 
 from scenarios.errors import InputError
 from tests.validation.comparison.example import table_of
+from validation.comparison.statistics import rate
+from validation.gates.power import trials_to_pass
 from validation.gates.proposal import gate_proposals
+from validation.gates.sequential import SequentialTest
 from validation.scoring.definitions import SCORE_DEFINITIONS
 
 SCORE = SCORE_DEFINITIONS["offset_error"]
@@ -25,11 +28,11 @@ def test_few_trials_do_not_give_a_limit_that_the_same_calibrator_breaks(
 ) -> None:
     """The true median is 1; a limit below it would fail a calibrator that did not change."""
     below = 0
-    for _ in range(20):
+    for _ in range(6):
         values = rng.lognormal(0.0, spread, trials)
         (found,) = gate_proposals(table_of({"a": values, "uncorrected": 100 * values}), SCORE).gates
         below += found.limit.value < 1.0
-    assert below <= 2  # of 20, where one in forty is below
+    assert below <= 1  # of 6, where one in forty is below
 
 
 def test_more_trials_give_a_stricter_limit(rng: np.random.Generator) -> None:
@@ -64,3 +67,27 @@ def test_no_file_is_proposed_where_no_gate_would_guard_anything() -> None:
     never = np.full(10, np.inf)
     with pytest.raises(InputError, match="no gate would guard anything: a fails in 10 of 10 trials: it broke down"):
         gate_proposals(table_of({"a": never, "uncorrected": np.ones(10)}), SCORE)
+
+
+def test_a_limit_is_the_next_of_a_few_multiples_of_the_best() -> None:
+    """1.1 to 100 times: of calibrators that are as many times worse in every trial, the first multiple that holds."""
+    times = (1.05, 1.2, 1.4, 1.9, 2.5, 4.0, 8.0, 15.0, 40.0, 90.0)
+    scores = {f"x{by:g}": np.full(40, by) for by in times} | {"best": np.ones(40), "uncorrected": np.full(40, 1e3)}
+    best, *others = gate_proposals(table_of(scores), SCORE).gates
+    assert (best.calibrator, best.reference, best.limit.value) == ("best", None, 1.1)
+    assert [one.reference for one in others] == ["best"] * len(times)
+    assert [one.limit.value for one in others] == [1.1, 1.25, 1.5, 2.0, 3.0, 5.0, 10.0, 20.0, 50.0, 100.0]
+
+
+def test_a_gate_is_proposed_for_the_test_that_it_will_be_decided_by() -> None:
+    """Half of the trials may exceed; a ten-thousandth of false failures is shared by the gates; one in a hundred
+    passes falsely."""
+    found = gate_proposals(table_of({"a": np.ones(40), "b": 2 * np.ones(40), "uncorrected": np.ones(40)}), SCORE).gates
+    assert [one.test for one in found] == [SequentialTest(0.5, 0.5e-4, pytest.approx(0.01))] * 2
+    (alone,) = gate_proposals(table_of({"a": np.ones(40), "uncorrected": np.ones(40)}), SCORE).gates
+    assert alone.test.false_fail_rate == 1e-4
+    over = rate(0, 40).high  # of no exceedance in forty
+    assert alone.limit.trials == trials_to_pass(alone.test, over, 0.99)
+    assert alone.limit.usually == trials_to_pass(alone.test, over, 0.5)
+    assert alone.max_trials >= alone.limit.trials
+    assert alone.caught == pytest.approx(1.1)  # without a spread whatever is over the limit fails
