@@ -93,7 +93,7 @@ def compare(
         table.write(out)
         found = _answered(design, table, question, out)
         write_text(out / ANSWER, json.dumps(summary(found, design.seed), indent=1, allow_nan=False) + "\n")
-        write_text(out / REPORT, comparison_page(found))
+        write_text(out / REPORT, comparison_page(found, design.seed))
         total = _pieces(design, trials)
         _record(design, found, out / RECORDINGS, lambda done: progress(total - len(SHOWN) + done, total))
     return found

@@ -28,7 +28,10 @@ def calibration_page(
     best = None if found.best is None else results[found.best]
     sections = [] if best is None else list(_sections(best, of_sensor(recording, found.best or ""), reference))
     heads = {"phase_heads": PHASE_HEADS, "channel_heads": CHANNEL_HEADS, "cause_heads": CAUSE_HEADS}
-    return render_page("calibration.html", {"found": found, "sections": sections, "written": written, **heads})
+    return render_page(
+        "calibration.html",
+        {"found": found, "date": recording.origin.date, "sections": sections, "written": written, **heads},
+    )
 
 
 def _sections(best: Calibration, recording: Recording, reference: Reference) -> Iterator[DrawnSection]:

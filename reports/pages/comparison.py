@@ -55,8 +55,8 @@ class Comparison:
     least: dict[tuple[int, str, str], Array] = field(default_factory=dict)
 
 
-def comparison_page(comparison: Comparison) -> str:
-    """Return the page as self-contained HTML."""
+def comparison_page(comparison: Comparison, seed: int | None = None) -> str:
+    """Return the page as self-contained HTML; seed : of the trials, told beside the title."""
     known = {
         (one.point, one.calibrator, one.score.name): one
         for one in score_statistics(comparison.table, comparison.reference)
@@ -66,6 +66,7 @@ def comparison_page(comparison: Comparison) -> str:
         "comparison.html",
         {
             "title": comparison.title,
+            "seed": seed,
             "sentence": comparison.sentence,
             "tiles": _tiles(comparison),
             "summary": _summary(comparison),

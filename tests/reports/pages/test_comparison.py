@@ -28,7 +28,7 @@ def text() -> str:
 
 
 def test_the_first_sentence_is_the_answer(text):
-    lead = html.unescape(re.findall(r'<p class="lead">(.*?)</p>', text, re.DOTALL)[0])
+    lead = html.unescape(re.findall(r'<p class="answer">(.*?)</p>', text, re.DOTALL)[0])
     assert lead.startswith("Use good, the best at every one of 2 points: at effects.white_noise.std_nT = 10 use good: ")
 
 
