@@ -46,16 +46,21 @@ def test_the_json_has_the_verdict_the_effects_and_each_recording() -> None:
     assert (told["recordings"][0]["gap"], told["recordings"][0]["verdict"]) == ({"own": 1}, "none")
 
 
-def test_where_nothing_is_common_the_worst_one_s_own_effects_are_told() -> None:
+def test_effects_of_single_recordings_are_told_with_the_worst_one_s_first() -> None:
+    """Where one recording says more alone than all together; not those that are common."""
     assert pooled().as_dict()["effects"] == []
     told = pooled(first=1).as_dict()
-    assert told["effects"] == [{"name": "scale", "only_in": "second"}]
+    assert told["effects"] == [{"name": "scale", "only_in": name} for name in ("second", "first", "third")]
     assert told["worst"] == "second"
-    assert pooled(common(Transfer.SOME), first=0).as_dict()["effects"][0]["name"] == "motor_current"
+    each = (own(), own(effects=({"name": "motor_current"},)), own(effects=()))
+    told = pooled(common(Transfer.SOME), each=each, first=1).as_dict()
+    assert [(one["name"], one.get("only_in")) for one in told["effects"]] == [
+        *(("scale", "first"), ("motor_current", None))
+    ]
 
 
 def test_sensors_are_no_second_recording() -> None:
-    told = pooled(common(Transfer.TRANSFERRED), scope=SENSORS, first=0).as_dict()
+    told = pooled(common(Transfer.TRANSFERRED), scope=SENSORS, each=[own(effects=())] * 3, first=0).as_dict()
     (effect,) = told["effects"]
     assert (effect["evidence"], effect["among_sensors"]) == ("single-run", "the same")
     assert len(effect["sensors"]) == len(told["sensors"]) == 3

@@ -45,11 +45,11 @@ def common(
     return CommonEffect(motor(3.0, transfer), each, tuple(presence), 1.5, 3, 0.7, tuple(ratios))
 
 
-def own(verdict: Verdict = Verdict.NONE, **said: Any) -> Any:
-    """A recording's own diagnosis, as far as several recordings ask for it."""
-    table = {"verdict": verdict, "sentence": f"it is {verdict}.", "gap": {"own": 1}, "effects": [{"name": "scale"}]}
+def own(verdict: Verdict = Verdict.NONE, effects: Sequence[dict[str, str]] = ({"name": "scale"},), **said: Any) -> Any:
+    """A recording's own diagnosis, as far as several recordings ask for it; effects : in its JSON."""
+    table = {"verdict": verdict, "sentence": f"it is {verdict}.", "gap": {"own": 1}, "effects": list(effects)}
     about = {"named": (), "advice": (), "not_observable": (), "gap": GAP, "problem": SimpleNamespace(compared="vector")}
-    return SimpleNamespace(verdict=verdict, sentence=table["sentence"], as_dict=lambda: table, **(about | said))
+    return SimpleNamespace(verdict=verdict, sentence=f"it is {verdict}.", as_dict=lambda: table, **(about | said))
 
 
 def pooled(*effects: CommonEffect, each: Sequence[Any] = (), **said: Any) -> PooledDiagnosis:
