@@ -52,13 +52,14 @@ def command(
     from sim.scenario import load
     from validation.calibrating.fitting import not_applicable
 
-    spec = load(scenario, set_ or ())
-    warn(drawn_anew(set_ or (), spec.vary))
+    changes = set_ or ()
+    spec = load(scenario, changes)
+    warn(drawn_anew(changes, spec.vary))
     chosen: dict[str, Any] = {"with_": split(with_ or ""), "exec_": exec_ or (), "time_limit_s": time_limit_s}
     conditions = _conditions(fail_if or (), spec, **chosen)
     place = out or Path("out") / spec.name
     with progress(f"running {spec.name}") as report:
-        outcome = run(scenario, place, **chosen, overrides=set_ or (), seed=seed, full=full, progress=report, warn=warn)
+        outcome = run(scenario, place, **chosen, overrides=changes, seed=seed, full=full, progress=report, warn=warn)
     failures = [failure for one in conditions if (failure := one.failure(outcome.scores))]
     failures += not_applicable(outcome.calibrations) if with_ or exec_ else []
     _show(outcome, place, failures, json)
