@@ -15,6 +15,8 @@ PROJECT = ("ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md", "REFERENCES.md"
 """Pages of the repository's top that the site holds too, below `project/`."""
 ABOVE, BELOW = re.compile(r"\]\(\.\./(?=\w+\.md)"), re.compile(r"\]\(docs/")
 """Links that lead from docs to the top, and back."""
+GLOSSARY = re.compile(r"^## Glossary\n(.*?)(?=^## )", re.MULTILINE | re.DOTALL)
+"""The words of the architecture, which are those of the pages."""
 
 
 def main(out: Path = ROOT / "out") -> int:
@@ -49,6 +51,7 @@ def _texts() -> Iterator[tuple[str, str]]:
         yield path.name, ABOVE.sub("](project/", path.read_text(encoding="utf-8"))
     for name in PROJECT:
         yield f"project/{name}", BELOW.sub("](../", (ROOT / name).read_text(encoding="utf-8"))
+    yield "glossary.md", "# Glossary\n" + GLOSSARY.findall((ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8"))[0]
     yield from reference_pages.pages()
 
 

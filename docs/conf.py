@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import docstrings
+import drawn
 import executed
 
 import magbench
@@ -16,9 +17,9 @@ project = "magbench"
 author = "the magbench authors"
 copyright = "the magbench authors, Apache-2.0"
 version = release = magbench.__version__
-extensions = ["sphinx.ext.autodoc", "myst_parser", "sphinx_design", "sphinx_copybutton"]
+extensions = ["sphinx.ext.autodoc", "myst_parser", "sphinx_design", "sphinx_copybutton", "sphinx_gallery.gen_gallery"]
 root_doc = "index"
-exclude_patterns = ["extra"]
+exclude_patterns = ["extra", "gallery"]
 html_extra_path = ["extra"]
 myst_enable_extensions = ["colon_fence"]
 myst_heading_anchors = 4
@@ -30,6 +31,20 @@ autodoc_member_order = "bysource"
 autodoc_class_signature = "separated"
 copybutton_prompt_text = r"\$ |>>> |\.\.\. "
 copybutton_prompt_is_regexp = True
+sphinx_gallery_conf = {
+    "examples_dirs": "gallery",
+    "gallery_dirs": "pictures_of",
+    "filename_pattern": r"\.py$",
+    "subsection_order": drawn.position,
+    "capture_repr": (),
+    "image_scrapers": (drawn.last_figure, "matplotlib"),
+    "reset_modules": ("matplotlib", drawn.in_style),
+    "write_computation_times": False,
+    "download_all_examples": False,
+    "show_signature": False,
+    "min_reported_time": 1e9,
+    "remove_config_comments": True,
+}
 html_theme = "pydata_sphinx_theme"
 html_title = f"magbench {release}"
 html_static_path = ["style"]

@@ -4,19 +4,30 @@ from __future__ import annotations
 
 import io
 import re
+import runpy
+import shlex
 from pathlib import Path
 
 import book
 import docstrings
 import executed
+import numpy as np
 import pytest
 import reference_pages
+import shown
+from matplotlib import pyplot
 
 import magbench
+from diagnosis.verdict import Verdict
+from magbench.cli import main
 from tests.conftest import ROOT
 
 TREE = re.compile(r"^:::\{toctree\}\n(.*?)^:::$", re.MULTILINE | re.DOTALL)
 MOST_CLICKS = 3
+GALLERY = "pictures_of/"
+"""Pages that sphinx-gallery writes as the site is built."""
+EXAMPLES = sorted((ROOT / "docs" / "gallery").glob("*/*.py"))
+FEWEST_PICTURES, MOST_LINES = 30, 40
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +41,8 @@ def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def below(page: Path) -> set[Path]:
     """The pages of a page's tables of contents."""
     entries = (line for tree in TREE.findall(page.read_text(encoding="utf-8")) for line in tree.splitlines())
-    return {page.parent / f"{entry}.md" for entry in entries if entry and not entry.startswith(":")}
+    names = (entry for entry in entries if entry and not entry.startswith((":", GALLERY)))
+    return {page.parent / f"{name}.md" for name in names}
 
 
 def test_every_page_is_reached_in_three_clicks(source: Path) -> None:
@@ -146,3 +158,46 @@ def test_a_page_notes_a_line_once_and_no_progress() -> None:
     for _ in range(2):
         executed.Notes(shown, known).write("attitude: XKQ\nrunning: 4 %\n")
     assert shown.getvalue() == "attitude: XKQ\n"
+
+
+def test_the_gallery_shows_every_effect_and_verdict_in_few_lines() -> None:
+    texts = {
+        path.relative_to(ROOT / "docs" / "gallery").as_posix(): path.read_text(encoding="utf-8") for path in EXAMPLES
+    }
+    assert len(texts) == len(EXAMPLES) >= FEWEST_PICTURES
+    assert not [name for name, text in texts.items() if len(text.splitlines()) > MOST_LINES]
+    whole = "".join(texts.values())
+    assert not [name for name in shown.kept()["names"]["effects"] if name not in re.findall(r"\w+", whole)]
+    assert {path.stem for path in EXAMPLES if path.parent.name == "verdicts"} == set(Verdict)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: f"{path.parent.name}-{path.stem}")
+def test_every_example_of_the_gallery_runs(example: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(example.parent)
+    monkeypatch.setenv("MPLBACKEND", "agg")
+    runpy.run_path(str(example))
+    pyplot.close("all")
+
+
+REFUSAL = re.compile(r"^```console\n\$ magbench (.*)\n(magbench: .*)\n```", re.MULTILINE)
+REFUSALS = REFUSAL.findall((ROOT / "docs" / "troubleshooting.md").read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize(("command", "told"), REFUSALS, ids=[told[10:40] for _, told in REFUSALS])
+def test_a_command_is_refused_as_the_page_says(
+    command: str, told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "docs").symlink_to(ROOT / "docs")
+    rng = np.random.default_rng(0)
+    field_uT = rng.standard_normal((200, 3))
+    field_uT *= 48.0 / np.linalg.norm(field_uT, axis=1, keepdims=True)
+    rows = np.column_stack([0.1 * np.arange(200), field_uT])
+    np.savetxt("log.csv", rows, delimiter=",", header="t,bx,by,bz", comments="")
+    assert main(shlex.split(command)) == 2
+    assert told in capsys.readouterr().err
+
+
+def test_the_page_tells_of_several_refusals() -> None:
+    assert len(REFUSALS) >= 8

@@ -245,8 +245,8 @@ def test_the_pages_hold_all_that_was_there_when_they_were_made() -> None:
     assert not [name for name in made["effects"] if f"| `{name}` |" not in docs["effects"]]
     assert not [name for name in made["calibrators"] if f"| `{name}` |" not in docs["calibrators"]]
     assert not [name for name in made["vehicles"] if f"`{name}`" not in docs["vehicles"]]
-    assert re.findall(r"(\d+) effects", docs["README"]) == [str(len(made["effects"]))] * 2
-    assert re.findall(r"(\d+) (?:calibrators|methods)", docs["README"]) == [str(len(made["calibrators"]))] * 2
+    assert re.findall(r"(\d+) effects", docs["README"]) == [str(len(made["effects"]))]
+    assert re.findall(r"(\d+) (?:calibrators|methods)", docs["README"]) == [str(len(made["calibrators"]))]
     assert not [name for kind, names in made.items() for name in names if name not in shown.names()[kind]]
 
 
