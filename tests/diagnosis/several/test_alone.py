@@ -1,0 +1,81 @@
+"""When a recording's own answer stands before that of all together, what is left, and when names are doubted."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from diagnosis.result import EvidenceKind
+from diagnosis.several.verdict_rules import PooledVerdict
+from diagnosis.several.workflow import _answers_better_alone, check_apart
+from diagnosis.verdict import Verdict
+from scenarios.errors import InputError
+from tests.diagnosis.several.told import GAP, motor, own
+from tests.diagnosis.synthetic import recording
+
+WHITE, FITTED = EvidenceKind.SPECTRUM, EvidenceKind.HELD_OUT
+
+
+@pytest.mark.parametrize(
+    ("verdict", "common", "each", "first"),
+    [
+        (Verdict.NONE, (), (Verdict.NONE, Verdict.NAMED), 1),
+        (Verdict.NONE, (), (Verdict.NONE, Verdict.NONE), None),
+        (Verdict.NONE, (), (Verdict.UNKNOWN, Verdict.NONE), 0),
+        (Verdict.UNKNOWN, (), (Verdict.NONE, Verdict.NAMED), 1),
+        (Verdict.UNKNOWN, (), (Verdict.UNKNOWN, Verdict.NAMED), None),
+        (Verdict.NAMED, (WHITE,), (Verdict.NONE, Verdict.NAMED), 1),
+        (Verdict.NAMED, (WHITE,), (Verdict.NONE, Verdict.NONE), None),
+        (Verdict.NAMED, (WHITE, FITTED), (Verdict.NONE, Verdict.NAMED), None),
+        (Verdict.PARTIAL, (WHITE,), (Verdict.NONE, Verdict.NAMED), None),
+    ],
+)
+def test_a_recording_answers_alone_where_all_together_say_less(
+    verdict: Verdict, common: tuple[EvidenceKind, ...], each: tuple[Verdict, ...], first: int | None
+) -> None:
+    """A recording that is named has a fitted cause of its own here."""
+    pooled: Any = SimpleNamespace(
+        verdict=verdict, common=tuple(SimpleNamespace(named=motor(kind=kind)) for kind in common)
+    )
+    alone = [own(one, named=(motor(),) if one is Verdict.NAMED else ()) for one in each]
+    assert _answers_better_alone(pooled, alone) == first
+
+
+def test_noise_and_steps_of_the_values_are_no_cause_of_its_own() -> None:
+    pooled: Any = SimpleNamespace(verdict=Verdict.NAMED, common=())
+    for kind, first in ((WHITE, None), (EvidenceKind.DIRECT, None), (EvidenceKind.IRON, 0)):
+        assert _answers_better_alone(pooled, [own(Verdict.NAMED, named=(motor(kind=kind),)), own()]) == first
+
+
+def test_the_same_samples_twice_are_refused() -> None:
+    one, other = recording(200, seed=1), recording(200, seed=2)
+    check_apart(one, other, "a, b")
+    with pytest.raises(InputError, match="a, b: both recordings have the same field samples"):
+        check_apart(one, one, "a, b")
+
+
+def judged(doubts: tuple[tuple[str, ...], ...], verdict: Verdict = Verdict.NAMED) -> PooledVerdict:
+    conclusions: Any = tuple(SimpleNamespace(after=SimpleNamespace(why=(f"why {k}",))) for k in range(len(doubts)))
+    rises = [SimpleNamespace(words="it rises"), *[None] * len(doubts)]
+    cases: Any = tuple(SimpleNamespace(rise=rises[k]) for k in range(len(doubts)))
+    left = (np.zeros(1),) * len(doubts)
+    return PooledVerdict(verdict, (), conclusions, cases, doubts, GAP, (GAP,) * len(doubts), left, left)
+
+
+@pytest.mark.parametrize(
+    ("count", "of", "doubted"), [(0, 3, False), (1, 3, False), (2, 3, True), (1, 2, True), (2, 4, True), (1, 4, False)]
+)
+def test_names_are_doubted_where_half_of_the_recordings_do(count: int, of: int, doubted: bool) -> None:
+    doubts = tuple(("a doubt",) if k < count else () for k in range(of))
+    assert judged(doubts).is_doubted is doubted
+    assert judged(((),) * of, Verdict.UNKNOWN).is_doubted
+
+
+def test_what_is_left_is_told_by_recording() -> None:
+    assert judged((("a doubt",), ())).unexplained(["first", "second"]) == (
+        *("first: why 0", "first: it rises", "first: a doubt"),
+        "second: why 1",
+    )
