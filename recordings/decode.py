@@ -33,7 +33,22 @@ def numbers_of(column: pa.ChunkedArray) -> Array:
     kind = column.type
     if not (pa.types.is_decimal(kind) or pa.types.is_primitive(kind)) or pa.types.is_temporal(kind):
         raise _refusal(column)
-    return np.asarray(column.cast(pa.float64(), safe=False).to_numpy(), np.float64)
+    return _filled(column.cast(pa.float64(), safe=False))
+
+
+def _filled(column: pa.ChunkedArray) -> Array:
+    """The values of a column of float64, NaN for an empty cell; Arrow's own conversion loads pandas, half a second."""
+    parts = [_values(chunk) for chunk in column.chunks if len(chunk)]
+    return parts[0] if len(parts) == 1 else np.concatenate([np.empty(0), *parts])
+
+
+def _values(chunk: pa.DoubleArray) -> Array:
+    if chunk.null_count == len(chunk):
+        return np.full(len(chunk), np.nan)
+    values = np.frombuffer(chunk.buffers()[1], np.float64, len(chunk), 8 * chunk.offset)
+    if not chunk.null_count:
+        return values
+    return np.where(chunk.is_null().to_numpy(zero_copy_only=False), np.nan, values)
 
 
 def seconds_of(column: pa.ChunkedArray) -> Array:

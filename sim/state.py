@@ -15,6 +15,8 @@ from scenarios.errors import InputError
 
 MOTION = frozenset({"attitude", "rate", "position"})
 """Inputs of an effect from the motion; all further inputs are channels."""
+SPARSEST = 4
+"""Even samples for each recorded sample, beyond which a recording is mostly gaps and is not resampled."""
 
 
 @dataclass(frozen=True)

@@ -98,7 +98,7 @@ def linearly_held_out(model: Model, more: Array, legs: LegPartition) -> tuple[fl
 
     Linearised about the model: quick, to compare columns with each other.
     """
-    squares = legs.squares(_rows(model, more))
+    squares = legs.squares(_rows(model, more).__getitem__)
     total = squares.sum(axis=0)
     step = _step(total)
     rms = [np.sqrt(max(_cost(own, _step(total - own)), 0.0) / n) for own, n in zip(squares, legs.sizes, strict=True)]

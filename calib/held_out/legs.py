@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +27,10 @@ STEADY_DEG, STEADY_SHARE = 10.0, 0.6
 sector and margins the share is a quarter."""
 
 
+BLOCK = 4096
+"""Samples whose rows are in memory at a time; they fit the processor's cache."""
+
+
 @dataclass(frozen=True, eq=False)
 class LegPartition:
     """Number of the leg of each sample (n,), from 0, and the kind of legs in words."""
@@ -42,11 +48,19 @@ class LegPartition:
         """Return the samples of each leg (count,)."""
         return np.bincount(self.number)
 
-    def squares(self, rows: Array) -> Array:
-        """Return the sum of squares (legs, k, k) of rows (n, r, k) in each leg."""
-        ends = np.flatnonzero(np.diff(self.number)) + 1
-        parts = (part.reshape(-1, rows.shape[2]) for part in np.split(rows, ends))
-        return np.array([part.T @ part for part in parts])
+    def squares(self, rows: Callable[[slice], Array]) -> Array:
+        """Return the sum of squares (legs, k, k) in each leg of the rows (m, r, k) that a part of the samples has."""
+        ends = [0, *(np.flatnonzero(np.diff(self.number)) + 1), len(self.number)]
+        return np.array([np.sum([_square(rows(block)) for block in _blocks(*leg)], axis=0) for leg in pairwise(ends)])
+
+
+def _blocks(first: int, end: int) -> Iterator[slice]:
+    return (slice(start, min(start + BLOCK, end)) for start in range(first, end, BLOCK))
+
+
+def _square(rows: Array) -> Array:
+    flat = rows.reshape(-1, rows.shape[2])
+    return np.asarray(flat.T @ flat)
 
 
 def legs_of(recording: Recording) -> LegPartition:

@@ -87,7 +87,7 @@ class Model:
         Parameters follow by one step from the fit to all legs; by a new fit if the gain is not as predicted.
         """
         misfit, J = self.linear()
-        squares = legs.squares(np.concatenate([J, misfit[:, :, None]], axis=2))
+        squares = legs.squares(np.concatenate([J, misfit[:, :, None]], axis=2).__getitem__)
         for leg, square in enumerate(squares.sum(axis=0) - squares):
             found = self.of(legs.number != leg)._from_sums(square).found
             yield replace(self.of(legs.number == leg), found=found).misfit()

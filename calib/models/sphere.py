@@ -9,25 +9,25 @@ import numpy as np
 from calib.models.quadric import design, shape_matrix
 from scenarios.arrays import Array
 
+BLOCK = 16_384
+"""Points whose rows are factored together; the factor R of the blocks before is put above them."""
+
 
 @dataclass(frozen=True, eq=False)
 class SphereFit:
-    """The linear fit of (centre, radius^2 - |centre|^2) to |x|^2: its rows' factors q, r, solution and misfit."""
+    """The linear fit of (centre, radius^2 - |centre|^2) to |x|^2: its rows' factor R (4, 4), solution, misfit^2."""
 
     x: Array
-    q: Array
     r: Array
     solution: Array
-    misfit: Array
+    misfit_square: float
 
     @classmethod
     def of(cls, x: Array) -> SphereFit:
         """To points (n, 3)."""
-        rows = np.concatenate((2 * x, np.ones((len(x), 1))), axis=1)
-        q, r = np.linalg.qr(rows)
-        squared = (x * x).sum(axis=1)
-        solution = np.linalg.solve(r, q.T @ squared)
-        return cls(x, q, r, solution, squared - rows @ solution)
+        r = _factor(x, soft=False)
+        solution = np.asarray(np.linalg.solve(r[:4, :4], r[:4, 4]), np.float64)
+        return cls(x, r[:4, :4], solution, float(r[4, 4] ** 2))
 
     @property
     def centre(self) -> Array:
@@ -42,7 +42,7 @@ class SphereFit:
     @property
     def noise_std(self) -> float:
         """Noise of a component of x."""
-        return float(np.sqrt(self.misfit @ self.misfit / (len(self.x) - 4))) / (2 * self.radius)
+        return float(np.sqrt(self.misfit_square / (len(self.x) - 4))) / (2 * self.radius)
 
     def mean_square_error(self) -> tuple[Array, float, float]:
         """Mean square error (4, 4) of the solution, the length of the centre's bias by the soft iron left out, and the
@@ -52,19 +52,29 @@ class SphereFit:
         A = I - Gamma,  k = max(0, 1 - 5 sigma^2 / |Z' gamma|^2): what noise alone would explain is no bias
         cov(gamma) = sigma^2 (Z'^T Z')^-1,  d(A^-1 c') / d gamma_i = A^-1 (Gamma_i A^-1 c' - (R^-1 Q^T Z)_i)
         """
-        softness = _soft_iron_terms(self.x)
-        alias = self.q.T @ softness
-        clear = softness - self.q @ alias
-        gamma, variance, share = _soft_iron(clear, self.misfit)
-        inverse = np.linalg.inv(self.r)
-        full = self.solution - inverse @ alias @ gamma
+        r = _factor(self.x, soft=True)
+        inverse = np.linalg.inv(r[:4, :4])
+        alias = inverse @ r[:4, 4:9]
+        gamma, variance, share = _soft_iron(r[4:9, 4:9], r[4:, 9], len(self.x))
+        full = self.solution - alias @ gamma
         shape = np.eye(3) - _soft_matrix(gamma)
         full[:3] = np.linalg.solve(shape, full[:3])
         bias = np.sqrt(share) * (self.solution - full)
         turned = np.column_stack([_soft_matrix(unit) @ full[:3] for unit in np.eye(5)])
-        slope = np.linalg.solve(shape, turned - (inverse @ alias)[:3])
-        unknown = np.sqrt(variance) * np.linalg.norm(slope @ np.linalg.pinv(clear), 2)
+        slope = np.linalg.solve(shape, turned - alias[:3])
+        unknown = np.sqrt(variance) * np.linalg.norm(slope @ np.linalg.pinv(r[4:9, 4:9]), 2)
         return variance * inverse @ inverse.T + np.outer(bias, bias), float(np.linalg.norm(bias[:3])), float(unknown)
+
+
+def _factor(x: Array, *, soft: bool) -> Array:
+    """R (k, k) of the columns 2 x, 1, with `soft` Z (n, 5), and |x|^2 of points (n, 3), block by block."""
+    r = np.zeros((10 if soft else 5,) * 2)
+    for first in range(0, len(x), BLOCK):
+        part = x[first : first + BLOCK]
+        terms = (_soft_iron_terms(part),) if soft else ()
+        rows = np.column_stack((2 * part, np.ones(len(part)), *terms, (part * part).sum(axis=1)))
+        r = np.asarray(np.linalg.qr(np.concatenate((r, rows)), mode="r"), np.float64)
+    return r
 
 
 def _soft_iron_terms(x: Array) -> Array:
@@ -78,10 +88,13 @@ def _soft_matrix(gamma: Array) -> Array:
     return shape_matrix(np.array([gamma[0], gamma[1], -gamma[0] - gamma[1], *gamma[2:]]))
 
 
-def _soft_iron(clear: Array, misfit: Array) -> tuple[Array, float, float]:
-    """gamma (5,), the noise's variance without it, and its share k, from Z' clear of the fitted columns."""
-    gamma = np.linalg.lstsq(clear, misfit, rcond=None)[0]
-    explained = float(gamma @ (clear.T @ misfit))
-    variance = max(float(misfit @ misfit) - explained, 0.0) / (len(misfit) - 9)
+def _soft_iron(root: Array, rest: Array, count: int) -> tuple[Array, float, float]:
+    """gamma (5,), the noise's variance without it, and its share k.
+
+    root (5, 5) : factor of Z', which is Z clear of the fitted columns; rest (6,) : of |x|^2, likewise clear
+    """
+    gamma = np.linalg.lstsq(root, rest[:5], rcond=np.finfo(float).eps * count)[0]
+    explained = float(gamma @ (root.T @ rest[:5]))
+    variance = max(float(rest @ rest) - explained, 0.0) / (count - 9)
     share = max(0.0, 1.0 - 5.0 * variance / explained) if explained > 0 else 0.0
     return np.asarray(gamma, dtype=np.float64), variance, share

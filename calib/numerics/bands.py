@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.signal import butter, periodogram, sosfiltfilt
 
 from scenarios.arrays import Array
 
@@ -24,6 +23,8 @@ def manoeuvre_band(values: Array, time_s: Array, noise_std: float) -> tuple[floa
 
     noise_std : white noise of a value, whose power is left out
     """
+    from scipy.signal import periodogram  # half a second, which few methods need
+
     rate_hz = _rate_hz(time_s)
     frequency_hz, power = periodogram(values, rate_hz, window="hann", detrend="linear", axis=0)
     power = power.sum(axis=1)
@@ -43,15 +44,19 @@ def band(time_s: Array, band_hz: tuple[float, float]) -> tuple[float, float]:
 
 def band_passed(values: Array, time_s: Array, band_hz: tuple[float, float]) -> Array:
     """Values (n, k) through a second-order Butterworth band, forwards and backwards, without delay."""
-    sections = butter(2, band(time_s, band_hz), "bandpass", output="sos")
-    return np.asarray(sosfiltfilt(sections, values, axis=0))
+    return _filtered(values, band(time_s, band_hz), "bandpass")
 
 
 def low_passed(values: Array, time_s: Array, band_hz: tuple[float, float]) -> Array:
     """Values (n, k) below the upper edge of the band, or of the airborne band where higher, without delay."""
     upper_hz = max(band_hz[1], AIRBORNE_HZ[1])
-    sections = butter(2, band(time_s, (band_hz[0], upper_hz))[1], "lowpass", output="sos")
-    return np.asarray(sosfiltfilt(sections, values, axis=0))
+    return _filtered(values, band(time_s, (band_hz[0], upper_hz))[1], "lowpass")
+
+
+def _filtered(values: Array, edges: float | tuple[float, float], kind: str) -> Array:
+    from scipy.signal import butter, sosfiltfilt
+
+    return np.asarray(sosfiltfilt(butter(2, edges, kind, output="sos"), values, axis=0))
 
 
 def _rate_hz(time_s: Array) -> float:

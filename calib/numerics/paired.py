@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from scenarios.arrays import Array
 
@@ -23,7 +23,7 @@ def mean_interval(differences: Array, effective: float) -> tuple[float, float]:
     if effective < 2.0:
         return -np.inf, np.inf
     mean, std = float(differences.mean()), float(differences.std(ddof=1)) / np.sqrt(effective)
-    reach = float(student.ppf(0.5 + SURE / 2.0, effective - 1.0)) * std
+    reach = float(stdtrit(effective - 1.0, 0.5 + SURE / 2.0)) * std
     return mean - reach, mean + reach
 
 

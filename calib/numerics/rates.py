@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.signal import savgol_filter
 from scipy.spatial.transform import Rotation
 
 from recordings import Recording
@@ -59,5 +58,7 @@ def smoothed_derivative(values: Array, time_s: Array) -> Array:
     """Time derivative (n, 3) of evenly sampled values (n, 3), cubic over nine samples where there are as many."""
     if len(values) < SMOOTHING_SAMPLES:
         return np.asarray(np.gradient(values, time_s, axis=0))
+    from scipy.signal import savgol_filter  # half a second of imports, for logs that vary their field alone
+
     interval_s = (time_s[-1] - time_s[0]) / (len(time_s) - 1)
     return np.asarray(savgol_filter(values, SMOOTHING_SAMPLES, 3, deriv=1, delta=interval_s, axis=0))

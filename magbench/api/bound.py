@@ -119,8 +119,8 @@ def what_if(
 
     Raises InputError for a key that the scenario does not have, and for values that the vehicle cannot fly.
     """
+    from magbench.api.displayed import values_of
     from magbench.api.planning_results import WhatIfResult
-    from magbench.api.results import values_of
     from reports.outputs.bound import write_what_if
     from scenarios.sweep import parse_sweep
     from validation.bound.query import OPTION, WhatIf

@@ -183,11 +183,11 @@ def _forms(exports: Sequence[str], out: str | PathLike[str] | None) -> tuple[str
 
 def _write(results: Calibrations, place: Path | None, forms: Sequence[str], force: bool, data: Data) -> None:
     """Write calibration.json, exports and page; InputError for refused exports, after all other files are written."""
+    if place is None:
+        return
     from reports.outputs.calibration import write_calibration_page
     from validation.calibrating.calibration_file import RefusedExportsError, write_calibrations
 
-    if place is None:
-        return
     applied, only = results.recording.origin.applied, results.exported
     written = write_calibrations(results, place, forms, force=force, unit=results.unit, applied=applied, only=only)
     told = (*written.files, *(f"not exported: {line}" for line in written.refused))

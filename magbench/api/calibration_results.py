@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Self
 
 from calib.reference import Reference
 from calib.result import Calibration
-from magbench.api.results import Displayed, values_of
+from magbench.api.displayed import Displayed, values_of
 from recordings import Recording
 from validation.calibrating.fitting import sensor_fits, sensor_recordings
 from validation.calibrating.selection import usual_calibrators

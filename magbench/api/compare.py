@@ -20,7 +20,7 @@ from magbench.api.inputs import (
 )
 
 if TYPE_CHECKING:
-    from magbench.api.results import ComparisonResult
+    from magbench.api.comparison_result import ComparisonResult
     from sim.scenario import Scenario
 
 
@@ -57,7 +57,7 @@ def compare(
 
     Raises InputError for a bad scenario, sweep or score, an unknown calibrator, and an `out` of another comparison.
     """
-    from magbench.api.results import ComparisonResult
+    from magbench.api.comparison_result import ComparisonResult
     from reports.outputs.comparison import compare as compared
     from reports.outputs.comparison import comparison_question
     from scenarios.sweep import parse_sweep

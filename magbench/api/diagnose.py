@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from diagnosis.policy import Policy
     from diagnosis.question import Question
     from diagnosis.sources import Source
-    from magbench.api.results import DiagnosisResult, PooledDiagnosisResult
+    from magbench.api.diagnosis_results import DiagnosisResult, PooledDiagnosisResult
     from recordings.reading import Reading
 
 
@@ -67,7 +67,7 @@ def diagnose(
     Raises InputError for data, models and references that cannot be used.
     """
     from diagnosis.answer import answer
-    from magbench.api.results import diagnosis_result
+    from magbench.api.diagnosis_results import diagnosis_result
     from magbench.api.stated_calibration import stated_iron
 
     read = reading_from(data, maps, reading)
@@ -121,7 +121,7 @@ def _write(
     sources: Sequence[Source],
     say: Callable[[str], object],
 ) -> None:
-    from magbench.api.results import DiagnosisResult
+    from magbench.api.diagnosis_results import DiagnosisResult
     from reports.outputs.diagnosis import write_diagnosis, write_pooled_diagnosis
 
     if out is None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from magbench.api.inputs import Progress, check_count, engine, in_keywords, path_of, place_for
 
 if TYPE_CHECKING:
-    from magbench.api.results import GateResult
+    from magbench.api.gate_result import GateResult
 
 
 @in_keywords()
@@ -34,7 +34,7 @@ def gate(
 
     Raises InputError for a file that cannot be used. A gate of one calibrator in a test: `magbench.testing`.
     """
-    from magbench.api.results import GateResult
+    from magbench.api.gate_result import GateResult
     from reports.outputs.gates import run_gates
     from validation.gates.gate_file import load_gates
     from validation.gates.gate_groups import group_gates

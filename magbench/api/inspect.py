@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from calib.reference import Reference
-    from magbench.api.results import InspectionResult
+    from magbench.api.inspection_result import InspectionResult
     from recordings.reading import Reading
     from validation.inspection.inspection import Inspection
 
@@ -35,13 +35,14 @@ def inspect(
     field_strength_nT : the Earth's field there, for the figures in the reasons; no status depends on it.
     out : directory for report.html and inspect.json. Raises InputError for data that cannot be read.
     """
-    from magbench.api.results import InspectionResult
-    from reports.outputs.inspection import write_inspection
+    from magbench.api.inspection_result import InspectionResult
 
     with locked(out) as place:
         read = reading_from(data, maps, reading)
         found = _inspected(data, time_s, read, run, _reference(data, run, field_strength_nT, read))
         if place is not None:
+            from reports.outputs.inspection import write_inspection
+
             write_inspection(found, place)
     return InspectionResult.of(found)
 

@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from magbench.api.results import Displayed
+from magbench.api.displayed import Displayed
 
 if TYPE_CHECKING:
     import pandas as pd

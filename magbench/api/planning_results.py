@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Self
 
-from magbench.api.results import Displayed, values_of
+from magbench.api.displayed import Displayed, values_of
 from validation.bound import summary as bound_words
 from validation.bound.query import BoundAnswer, WhatIf
 from validation.planning import next_leg_summary as leg_words

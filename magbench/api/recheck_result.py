@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from magbench.api.results import Displayed, values_of
+from magbench.api.displayed import Displayed, values_of
 from validation.rechecking.recheck import Recheck
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from magbench.api.inputs import Progress, calibrators_from, in_keywords, place_for, scenario_from
 
 if TYPE_CHECKING:
-    from magbench.api.results import RunResult
+    from magbench.api.run_result import RunResult
     from sim.scenario import Scenario
 
 
@@ -35,7 +35,7 @@ def run(
 
     Raises InputError for a bad scenario, an unknown calibrator, and an `out` that holds another dataset.
     """
-    from magbench.api.results import RunResult
+    from magbench.api.run_result import RunResult
     from reports.outputs.run import run_scenario, simulate_and_score
 
     spec = scenario_from(scenario, overrides)

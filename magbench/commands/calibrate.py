@@ -133,8 +133,8 @@ def _show(
     found: Calibrations, gains: Sequence[CrossValidation] | None, assessment: Assessment, json: bool, *, others: bool
 ) -> None:
     """The verdict, the calibrations, faults of the sensor, contradicted claims, and where asked what is worth it."""
+    from magbench.calibration_tables import show_calibrations, show_in_unit
     from magbench.console import emit, show_text
-    from magbench.tables import show_calibrations, show_in_unit
     from validation.assessment.wording import lines
     from validation.cross_validation.summary import claim_lines, headline
     from validation.screening.screening import screening_lines

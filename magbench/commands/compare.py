@@ -57,8 +57,8 @@ def command(
     """
     from magbench.api.compare import compare
     from magbench.arguments import drawn_anew, split
+    from magbench.comparison_tables import show_comparison
     from magbench.console import emit, progress, say, warn
-    from magbench.tables import show_comparison
     from sim.scenario import load
 
     spec = load(scenario, set_ or ())

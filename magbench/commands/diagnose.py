@@ -12,7 +12,7 @@ from magbench.options import FieldStrength, FieldVector, Json, Scheduler
 from magbench.reading_options import reads_logs
 
 if TYPE_CHECKING:
-    from magbench.api.results import DiagnosisResult, PooledDiagnosisResult
+    from magbench.api.diagnosis_results import DiagnosisResult, PooledDiagnosisResult
     from recordings.reading import Reading
 
 Model = Annotated[
@@ -115,7 +115,7 @@ def command(
 def _show(found: DiagnosisResult | PooledDiagnosisResult, place: Path, json: bool) -> None:
     """The answer, the stated calibration's before the diagnosis."""
     from magbench.console import emit, say
-    from magbench.tables import show_answer
+    from magbench.diagnosis_tables import show_answer
     from reports.outputs.diagnosis import FILES
 
     if json:

@@ -14,7 +14,7 @@ from magbench.options import CORES, Jobs, Json, Scheduler, Seed
 from validation.calibrating.processes import LEAST_TIME_LIMIT_S, MOST_TIME_LIMIT_S, TIME_LIMIT_S
 
 if TYPE_CHECKING:
-    from magbench.api.results import GateResult
+    from magbench.api.gate_result import GateResult
 
 Gates = Annotated[
     Path | None, typer.Argument(metavar="GATES.toml", help="A file of gates.", callback=present, show_default=False)

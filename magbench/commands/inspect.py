@@ -11,7 +11,7 @@ from magbench.options import Data, FieldStrength, Json, Run
 from magbench.reading_options import reads_logs
 
 if TYPE_CHECKING:
-    from magbench.api.results import InspectionResult
+    from magbench.api.inspection_result import InspectionResult
     from recordings.reading import Reading
 
 

@@ -12,7 +12,7 @@ from magbench.options import Exec, Json, Out, Overrides, ScenarioName, Seed, Tim
 from validation.calibrating.processes import TIME_LIMIT_S
 
 if TYPE_CHECKING:
-    from magbench.api.results import RunResult
+    from magbench.api.run_result import RunResult
     from sim.scenario import Scenario
     from validation.scoring.conditions import Condition
 
@@ -68,7 +68,7 @@ def command(
 
 def _show(outcome: RunResult, place: Path, failures: Sequence[str], json: bool) -> None:
     from magbench.console import emit, say, warn
-    from magbench.tables import show_scores
+    from magbench.score_table import show_scores
     from reports.outputs.run import summary
     from sim.tracking import warning
 

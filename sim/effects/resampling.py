@@ -8,12 +8,11 @@ import numpy as np
 from scipy.interpolate import Akima1DInterpolator
 
 from scenarios.arrays import Array
+from sim.state import SPARSEST as SPARSEST
 from sim.state import State
 
 UNEVEN = 0.05
 """Largest deviation of even time steps, in intervals: larger than the rounding of time stamps."""
-SPARSEST = 4
-"""Even samples for each recorded sample, beyond which a recording is mostly gaps and is not resampled."""
 
 
 def respond_on_even_grid(state: State, signal_nT: Array, respond: Callable[[Array], Array]) -> Array:

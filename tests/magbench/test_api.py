@@ -16,7 +16,7 @@ import pytest
 import magbench
 from magbench import InputError
 from magbench.api.calibration_results import CalibrationResult
-from magbench.api.results import Displayed
+from magbench.api.displayed import Displayed
 from recordings import Recording, write_recording
 from scenarios.arrays import Array
 from tests.short import short
@@ -284,6 +284,21 @@ def test_every_public_name_is_there() -> None:
 def test_functions_are_there_before_numpy_is(run_python: Callable[[str], Any]) -> None:
     code = "import sys, magbench; magbench.calibrate; sys.exit('numpy' in sys.modules)"
     assert run_python(code).returncode == 0
+
+
+UNUSED = {"mujoco", "matplotlib", "pandas", "scipy.signal", "scipy.stats", "sim.scenario", "sim.effects", "diagnosis"}
+"""Costly imports that a calibration of a log and a first look at it have no use for."""
+
+
+@pytest.mark.parametrize("command", ["calibrate", "inspect"])
+def test_a_log_is_read_without_simulator_pictures_and_statistics(
+    command: str, tmp_path: Path, run_python: Callable[[str], Any]
+) -> None:
+    columns = np.column_stack([0.01 * np.arange(60), measured()[:60]])
+    np.savetxt(tmp_path / "log.csv", columns, "%.3f", ",", header="time_s,mag_x_nT,mag_y_nT,mag_z_nT", comments="")
+    call = f"main([{command!r}, {str(tmp_path / 'log.csv')!r}, '--field-strength-nT', '48000'])"
+    code = f"import sys; from magbench.cli import main; {call}; sys.exit(' '.join({UNUSED} & set(sys.modules)))"
+    assert not run_python(code).stderr.split("\n")[-2:][0]
 
 
 def test_several_calibrations_are_not_taken_for_one() -> None:

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from calib import Calibration, Reference
 from validation.assessment.causes import causes_of
 from validation.assessment.evidence import CalibrationAssessment, SensorEvidence
+from validation.assessment.heading_error import HeadingError
 from validation.assessment.held_out import Use
-from validation.assessment.judgement import QualityWord, ToleranceAnswer, Trust, answer_of
+from validation.assessment.judgement import DecidingLeg, QualityWord, ToleranceAnswer, Trust, answer_of
 from validation.assessment.policy import ASSESSMENT
-from validation.assessment.shortest_leg import shortest_leg
 from validation.screening.screening import ScreenedRecording
 
 
@@ -112,5 +112,11 @@ def _answered(
     posterior = known.posterior_for(assessed[best].fit)
     causes = None if posterior is None else causes_of(posterior, heading.flight.level_nT).left_by(assessed[best].fit)
     undecided = answer == "undecidable" and not wrong_axes
-    leg = shortest_leg(known.recording, known.reference, heading, tolerance_deg) if undecided else None
+    leg = _deciding_leg(known, heading, tolerance_deg) if undecided else None
     return ToleranceAnswer(tolerance_deg, answer, below, causes, leg, wrong_axes)
+
+
+def _deciding_leg(known: SensorEvidence, heading: HeadingError, tolerance_deg: float) -> DecidingLeg | None:
+    from validation.assessment.shortest_leg import shortest_leg  # plans by the simulator, which other answers lack
+
+    return shortest_leg(known.recording, known.reference, heading, tolerance_deg)

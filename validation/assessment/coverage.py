@@ -13,6 +13,9 @@ from validation.signals.sphere import cells, directions
 FACES = ("front", "back", "left", "right", "top", "bottom")
 """Sides of the body that the field enters by: along +x, -x, +y, -y, +z, -z."""
 
+BLOCK = 8192
+"""Directions in memory at a time; they fit the processor's cache."""
+
 
 @dataclass(frozen=True)
 class Coverage:
@@ -26,7 +29,8 @@ class Coverage:
         """Return the coverage by a field (n, 3) in the body frame."""
         grid = cells()
         seen = np.zeros(grid.total, np.bool_)
-        seen[grid.index(directions(field_nT))] = True
+        for first in range(0, len(field_nT), BLOCK):
+            seen[grid.index(directions(field_nT[first : first + BLOCK]))] = True
         middles = grid.centres()
         axis = np.argmax(np.abs(middles), axis=1)
         face = 2 * axis + (middles[np.arange(len(middles)), axis] < 0)

@@ -12,7 +12,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib import Calibration, Reference
 from calib.held_out.legs import LegPartition
@@ -105,10 +104,8 @@ class SensorModel:
 
     def squares(self, recording: Recording, legs: LegPartition) -> Array:
         """Return the squares (legs, k + 1, k + 1) of columns and misfit in each leg."""
-        ends = np.flatnonzero(np.diff(legs.number)) + 1
-        parts, seen = np.split(np.arange(len(recording)), ends), self.base.apply(recording)
-        taken = (self._rows(recording.taken(slice(part[0], part[-1] + 1)), seen[part], part) for part in parts)
-        return np.array([rows.T @ rows for rows in (one.reshape(-1, self.width) for one in taken)])
+        seen = self.base.apply(recording)
+        return legs.squares(lambda block: self._rows(recording.taken(block), seen[block], block))
 
     @property
     def width(self) -> int:
@@ -125,7 +122,7 @@ class SensorModel:
         """Return what S h is divided by in the curves c^2 and c^3, c within 1."""
         return self.reference.strength_nT * float(np.linalg.norm(self.S, 2))
 
-    def _rows(self, part: Recording, seen: Array, samples: NDArray[np.intp]) -> Array:
+    def _rows(self, part: Recording, seen: Array, samples: slice) -> Array:
         """Return columns and misfit (n, r, k + 1) of some samples; seen (n, 3) : their field by the base."""
         along, misfit, h = self._known(part, seen) if self.vector else self._of_strength(seen)
         entries = np.einsum("kij,nj->nik", self.slots, h / self.reference.strength_nT)
@@ -172,7 +169,7 @@ class BodyTurning:
             return None
         return cls(rate / rms, np.gradient(rate, recording.time_s, axis=0) / rms**2, rms)
 
-    def derivatives(self, samples: NDArray[np.intp], h: Array) -> tuple[Array, Array]:
+    def derivatives(self, samples: slice, h: Array) -> tuple[Array, Array]:
         """Return dh/dt = -w x h and d2h/dt2 = w x (w x h) - dw/dt x h (n, 3) of a constant field in the body."""
         first = -np.cross(self.rate[samples], h)
         return first, -np.cross(self.rate[samples], first) - np.cross(self.change[samples], h)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import gammaincinv
 
 from calib import CALIBRATORS, Calibration, Reference
 from calib.held_out.legs import LegPartition, legs_of
@@ -64,10 +64,12 @@ def claim_of(fit: Calibration, recording: Recording, reference: Reference, legs:
     claimed = fit.offset_covariance_nT2
     if claimed is None or fit.eddy_s is not None or fit.segments or fit.status.kind != "ok":
         return None
-    scatter, each = _by_legs(*_rows(fit, recording, reference), legs)
+    field_nT = fit.apply(recording)
+    rows = lambda block: _rows(fit, recording.taken(block), field_nT[block], reference)  # noqa: E731
+    scatter, each = _by_legs(legs.squares(rows))
     std = np.sqrt(np.diag(each.sum(axis=0)))
     free = 9.0 / float(np.sum((each / np.outer(std, std)) ** 2))
-    limit = float(np.sqrt(chi2.ppf(CHANCE, free) / free))
+    limit = float(np.sqrt(2.0 * gammaincinv(free / 2.0, CHANCE) / free))
     return Claim(float(np.sqrt(np.mean(np.diag(scatter) / np.diag(claimed)))), limit, legs.count)
 
 
@@ -83,12 +85,11 @@ def claims_of(fits: Mapping[str, Calibration], recording: Recording, reference: 
     return {name: claim for name, claim in found.items() if claim is not None}
 
 
-def _by_legs(rows: Array, misfit: Array, legs: LegPartition) -> tuple[Array, Array]:
+def _by_legs(squares: Array) -> tuple[Array, Array]:
     """Return the covariance (3, 3) of the offset by legs, and each leg's part (legs, 3, 3) for unit white noise.
 
-    rows (n, r, k), misfit (n, r)
+    squares (legs, k + 1, k + 1) : of the columns and the residual
     """
-    squares = legs.squares(np.concatenate([rows, misfit[:, :, None]], axis=2))
     total = squares.sum(axis=0)[:-1, :-1]
     size = np.sqrt(np.diag(total))
     values, axes = np.linalg.eigh(total / np.outer(size, size))
@@ -100,15 +101,17 @@ def _by_legs(rows: Array, misfit: Array, legs: LegPartition) -> tuple[Array, Arr
     return moved.T @ moved, np.einsum("ai,lij,bj->lab", root[:3], own, root[:3], optimize=True)
 
 
-def _rows(fit: Calibration, recording: Recording, reference: Reference) -> tuple[Array, Array]:
-    """Return columns (n, r, k) of offset and S about the fit, and the residual (n, r) in nT of the measurement."""
-    field_nT = fit.apply(recording)
+def _rows(fit: Calibration, recording: Recording, field_nT: Array, reference: Reference) -> Array:
+    """Return columns of offset and S about the fit, and the residual in nT of the measurement (n, r, k + 1).
+
+    field_nT (n, 3) : as the fit corrects the recording
+    """
     if TURNED in fit.covariance_names:
         assert recording.att_q is not None
         known = world_to_body(recording.att_q, np.array(reference.field_enu_nT))
         x = np.column_stack([np.ones(len(known)), known / reference.strength_nT])
         columns = np.einsum("nj,ab->najb", x, np.eye(3)).reshape(len(x), 3, 12)
-        return columns, (field_nT - known) @ np.linalg.inv(fit.matrix).T
+        return np.concatenate([columns, ((field_nT - known) @ np.linalg.inv(fit.matrix).T)[:, :, None]], axis=2)
     a, J, _ = strength_columns(fit, field_nT, reference.strength_nT)
-    gain = lengths(a)
-    return (J / gain[:, None])[:, None, :], ((lengths(field_nT) - reference.strength_nT) / gain)[:, None]
+    rows = np.column_stack([J, lengths(field_nT) - reference.strength_nT])
+    return np.asarray(rows / lengths(a)[:, None])[:, None, :]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,9 +12,11 @@ from calib.result import Calibration
 from recordings.metadata import Tracking
 from recordings.recording import Recording, Truth
 from scenarios.arrays import Array
-from sim.scenario import Scenario
 from validation.scoring.recommendation import Recommendation, recommend
 from validation.scoring.scores import Score
+
+if TYPE_CHECKING:
+    from sim.scenario import Scenario
 
 RANKED_BY = "holdout_level_component_rms"
 """The score that ranks calibrators: rms error of the field vector on a level survey, a motion that was not fitted and

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import minimize
-from scipy.stats import gamma
+from scipy.special import gammaincc
 
 from scenarios.arrays import Array
 
@@ -53,7 +53,7 @@ class Bands:
 
     def odds(self, ratio: Array) -> Array:
         """Return the probability (m,) that noise has at least `ratio` times the expected power in a band."""
-        return np.asarray(gamma.sf(ratio, self.shape, scale=1 / self.shape))
+        return np.asarray(gammaincc(self.shape, ratio / (1 / self.shape)))
 
     def fit(self, level: float, slow: Array) -> tuple[float, float, float]:
         """Return the greatest Whittle likelihood of ``S = w + s slow``, w and s; slow (m,) is zero for white noise.

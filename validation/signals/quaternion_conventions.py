@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import correlate
 from scipy.spatial.transform import Rotation
 
 from scenarios.arrays import Array
@@ -89,6 +88,8 @@ def _coarse_lag(rate: Array, gyro: Array, interval_s: float) -> int:
     """Return the lag in rows of the attitude's rate behind the gyro's, from the correlation of their norms."""
     a, b = (np.linalg.norm(values - values.mean(axis=0), axis=1) for values in (rate, gyro))
     most = min(round(POLICY.longest_lag_s / interval_s), len(a) // 4)
+    from scipy.signal import correlate  # its import costs half a second, which logs without a gyro do not need
+
     correlation = correlate(a - a.mean(), b - b.mean(), method="fft")
     centre = len(a) - 1
     return int(np.argmax(correlation[centre - most : centre + most + 1])) - most

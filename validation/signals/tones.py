@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
-from scipy.stats import gamma
+from scipy.special import gammaincc
 
 from scenarios.arrays import Array
-from sim.effects.resampling import SPARSEST
+from sim.state import SPARSEST
 from validation.policy import POLICY
 from validation.signals.intervals import usual_interval
 
@@ -108,7 +108,7 @@ def tones(time_s: Array, residual: Array, *, false_alarm: float = POLICY.tone_al
     axes = residual.shape[1]
     height = np.zeros(len(usable))
     height[usable] = (found.density[usable] / found.background[usable]).sum(axis=1)
-    chance = np.count_nonzero(usable) * gamma.sf(height, axes)
+    chance = np.count_nonzero(usable) * gammaincc(axes, height)
     peaks = np.flatnonzero(usable & (chance < false_alarm) & _highest(height))
     peaks = peaks[np.argsort(height[peaks])[::-1][:MOST_TONES]]
     return [_tone(time_s, residual, found, height, int(peak), float(chance[peak])) for peak in peaks]

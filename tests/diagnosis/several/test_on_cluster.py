@@ -10,7 +10,7 @@ from typing import TypeVar
 from diagnosis.answer import answer
 from diagnosis.question import Question
 from diagnosis.sources import file_sources
-from magbench.api.results import diagnosis_result
+from magbench.api.diagnosis_results import diagnosis_result
 from sim.dataset_writer import generate
 from tests.short import short
 

@@ -23,7 +23,7 @@ from diagnosis.result import Diagnosis
 from diagnosis.verdict import Verdict
 from diagnosis.workflow import diagnose
 from magbench.cli import Terminated
-from magbench.tables import show_answer
+from magbench.diagnosis_tables import show_answer
 from reports.outputs.diagnosis import FILES, write_diagnosis
 from reports.pages.diagnosis import diagnosis_page
 from reports.presentation.diagnosis import PresentedDiagnosis

@@ -11,8 +11,8 @@ import pytest
 
 import magbench
 from diagnosis.workflow import diagnose
-from magbench.api.results import DiagnosisResult
-from magbench.tables import show_answer
+from magbench.api.diagnosis_results import DiagnosisResult
+from magbench.diagnosis_tables import show_answer
 from reports.presentation import series
 from reports.presentation.diagnosis import PresentedDiagnosis
 from scenarios.toml import to_toml
