@@ -205,7 +205,7 @@ def judgement(
     worse = unsupported(fit, residual_nT, reference)
     if vector or fit.covariance is None or "S_xx" not in fit.covariance_names:
         return worse
-    if worse != covariance_status(fit, reference.strength_nT) or fit.status.kind != "ok":
+    if fit.status.kind != "ok" or (worse is not None and worse != covariance_status(fit, reference.strength_nT)):
         return worse
     structure = field.structure
     if structure.kind == "white":

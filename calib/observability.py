@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -143,7 +144,7 @@ def _loose_soft_iron(fit: Calibration) -> list[str]:
         return []
     rows = [fit.covariance_names.index(name) for name in names]
     covariance = fit.covariance[np.ix_(rows, rows)]
-    moved = np.array([fit.matrix @ _entry(name, names) for name in names])
+    moved = fit.matrix @ _entries(tuple(names))
     if _largest_variance(moved, covariance, MAX_STD_FRACTION**2) <= MAX_STD_FRACTION**2:
         return []
     std = np.sqrt(np.clip(np.diag(covariance), 0.0, None)) / np.linalg.norm(np.linalg.inv(fit.matrix), 2)
@@ -170,11 +171,13 @@ def _largest_variance(moved: Array, covariance: Array, enough: float) -> float:
     return variance
 
 
-def _entry(name: str, names: list[str]) -> Array:
-    """dS / d S_ij (3, 3): both entries where S is symmetric."""
-    i, j = ("xyz".index(axis) for axis in name[2:])
-    step = np.zeros((3, 3))
-    step[i, j] = 1.0
-    if f"S_{'xyz'[j]}{'xyz'[i]}" not in names:
-        step[j, i] = 1.0
-    return step
+@cache
+def _entries(names: tuple[str, ...]) -> Array:
+    """dS / d S_ij (k, 3, 3) of parameters S_ij: both entries where S is symmetric."""
+    steps = np.zeros((len(names), 3, 3))
+    for step, name in zip(steps, names, strict=True):
+        i, j = ("xyz".index(axis) for axis in name[2:])
+        step[i, j] = 1.0
+        if f"S_{'xyz'[j]}{'xyz'[i]}" not in names:
+            step[j, i] = 1.0
+    return steps

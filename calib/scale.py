@@ -54,6 +54,8 @@ def field_factor(recording: Recording, reference: Reference, *, vector: bool, on
         size = _deviation(recording.mag_nT) / max(_deviation(field_nT), ROUNDING * reference.strength_nT)
     else:
         points = recording.mag_nT[:: max(1, len(recording) // MOST_POINTS)]
+        if _of_field(float(np.sqrt(np.vdot(points, points) / len(points))) / reference.strength_nT):
+            return 1.0
         size = float(np.sqrt(np.mean(np.sum(points**2, axis=1)))) / reference.strength_nT
         if not one_axis and not _of_field(size):
             size = sphere_radius(points) / reference.strength_nT

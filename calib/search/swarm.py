@@ -15,13 +15,16 @@ from scenarios.arrays import Array
 @fast_kernel
 def fly(
     x: Array, v: Array, own: Array, leader: Array, inertia: float, c1: float, c2: float,
-    fastest: Array, lower: Array, upper: Array, rng: np.random.Generator,
+    fastest: Array, lower: Array, upper: Array, drawn: Array,
 ) -> None:  # fmt: skip
-    """One move of all particles, in place: x, v, own best (k, d); leader, fastest, lower, upper (d,)."""
+    """One move of all particles, in place: x, v, own best (k, d); leader, fastest, lower, upper (d,).
+
+    drawn (k, d, 2) : r1 and r2; an array, since a generator as argument costs as much as the move
+    """
     for k in range(x.shape[0]):
         for j in range(x.shape[1]):
-            speed = inertia * v[k, j] + c1 * rng.random() * (own[k, j] - x[k, j])
-            speed += c2 * rng.random() * (leader[j] - x[k, j])
+            speed = inertia * v[k, j] + c1 * drawn[k, j, 0] * (own[k, j] - x[k, j])
+            speed += c2 * drawn[k, j, 1] * (leader[j] - x[k, j])
             speed = min(max(speed, -fastest[j]), fastest[j])
             place = x[k, j] + speed
             if place < lower[j] or place > upper[j]:
@@ -61,6 +64,6 @@ class Swarm(Move):
         leader = population.best[population.leader].copy()
         fly(
             population.x, self.velocity, population.best, leader, inertia, self.c1, self.c2,
-            self.fastest(space), space.lower, space.upper, rng,
+            self.fastest(space), space.lower, space.upper, rng.random((*population.x.shape, 2)),
         )  # fmt: skip
         population.cost = space.costs(population.x)
