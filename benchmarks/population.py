@@ -22,6 +22,9 @@ from calib.search.population import Population
 from recordings import Recording
 
 MOST_COST = 1.5
+"""A swarm's fit of 200 generations: 42 ms of calls, 7 of moves and memory, 4 of judgement (see `norm`). A genetic
+generation takes 70 to 110 us beside calls of 210 us: selection, gathers in a random order, and a generator handed to
+compiled code, whose draws depend on what is drawn."""
 MOST_OF_PEER = 1.0
 STRENGTH_NT, NOISE_NT, SAMPLES = 36_917.35, 10.0, 3600
 TARGET_NT = 12.0
