@@ -14,7 +14,7 @@ from validation.text import digits
 
 def draw_effect_sizes(outcome: Outcome) -> Figure:
     """Draw the root mean square of each effect's contribution on a logarithmic scale, in the order of the chain."""
-    sizes = {name: rms_length(value) for name, value in acting_effects(outcome).items()}
+    sizes = {name: rms_length(value) for name, value in outcome.effects.items()}
     drawn = {name: size for name, size in sizes.items() if size > 0}
     figure, axis = panels(0.6 + 0.27 * max(1, len(sizes)))
     floor = 10 ** np.floor(np.log10(min(drawn.values(), default=1.0)) - 0.3)
