@@ -2,10 +2,11 @@
 A sensor and a navigation that are turned
 =========================================
 
-The sensor's turn acts in the body, navigation's in the world: the same degree, another picture.
+The sensor's turn changes the measurement; navigation's changes the attitude that a calibrator is given.
 """
 
 import matplotlib.pyplot as plt
+import numpy as np
 
 import magbench
 
@@ -18,8 +19,9 @@ recording, truth = magbench.simulate(
     ],
 )
 figure, axes = plt.subplots(2, 1, figsize=(9, 4.6), sharex=True, layout="constrained")
-for axis, name in zip(axes, ["misalignment", "attitude_misalignment"], strict=True):
-    axis.plot(recording.time_s, truth.effects[name], label=["x", "y", "z"])
-    axis.set(title=name, ylabel="nT")
+axes[0].plot(recording.time_s, truth.effects["misalignment"], label=["x", "y", "z"])
+axes[0].set(title="misalignment", ylabel="nT")
 axes[0].legend(loc="right")
-axes[-1].set_xlabel("time (s)")
+same = np.abs(np.sum(recording.att_q * truth.q, axis=1)).clip(max=1)
+axes[1].plot(recording.time_s, 2 * np.degrees(np.arccos(same)))
+axes[1].set(title="attitude_misalignment: navigation from the truth", ylabel="degrees", xlabel="time (s)")

@@ -13,6 +13,8 @@ recording, truth = magbench.simulate(
     "tumble",
     overrides=[
         "phases.0.duration_s=100",
+        "thermal.initial_degC=5",
+        "thermal.time_constant_s=30",
         "effects.channel_effect.channel=temperature_degC",
         "effects.channel_effect.centre=20",
         "effects.channel_effect.scale=4",

@@ -13,6 +13,8 @@ recording, truth = magbench.simulate(
     "tumble",
     overrides=[
         "phases.0.duration_s=100",
+        "thermal.initial_degC=5",
+        "thermal.time_constant_s=30",
         "effects.temperature_scale.slope_1_K=[0.0001, 0.0002, -0.0003]",
         "effects.temperature_offset.slope_nT_K=[8, -6, 10]",
     ],

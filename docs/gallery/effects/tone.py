@@ -10,7 +10,7 @@ import matplotlib.pyplot as plt
 import magbench
 
 recording, truth = magbench.simulate(
-    "tumble", overrides=["effects.steady_tone.amplitude_nT=[3, -2, 4]", "effects.steady_tone.frequency_hz=3.7"]
+    "tumble", overrides=["effects.steady_tone.amplitude_nT=[30, -20, 40]", "effects.steady_tone.frequency_hz=3.7"]
 )
 figure, axis = plt.subplots(figsize=(8, 3.4), layout="constrained")
 axis.psd(truth.effects["steady_tone"][:, 2] + truth.effects["white_noise"][:, 2], NFFT=1024, Fs=10)
