@@ -29,14 +29,15 @@ def main(out: Path = ROOT / "out") -> int:
 
 
 def copy(source: Path) -> None:
-    """The site's source in a directory; a file that is as it was keeps its time, a page that is gone is removed."""
+    """The source of the site; what is as it was keeps its time, pages and examples that are gone are removed."""
     files = {name: path.read_bytes() for name, path in _files()} | {name: text.encode() for name, text in _texts()}
     for name, content in files.items():
         _put(source / name, content)
     (source / "extra").mkdir(exist_ok=True)
-    for path in source.rglob("*.md"):
+    for path in (*source.rglob("*.md"), *source.glob("gallery/*/*")):
         if path.relative_to(source).as_posix() not in files:
             path.unlink()
+            (source / "pictures_of" / path.parent.name / f"{path.stem}.rst").unlink(missing_ok=True)
 
 
 def _files() -> Iterator[tuple[str, Path]]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import matplotlib.pyplot
@@ -13,11 +12,6 @@ from reports.plots.style import STYLE
 
 DPI = 100
 GROUPS = ("effects", "motions", "logs", "calibrations", "scores", "plans", "verdicts")
-
-
-def position(group: str) -> int:
-    """The place of a group's folder in the gallery."""
-    return GROUPS.index(Path(group).name)
 
 
 def in_style(_gallery: Any, _file: str) -> None:
