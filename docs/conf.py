@@ -19,7 +19,7 @@ copyright = "the magbench authors, Apache-2.0"
 version = release = magbench.__version__
 extensions = ["sphinx.ext.autodoc", "myst_parser", "sphinx_design", "sphinx_copybutton", "sphinx_gallery.gen_gallery"]
 root_doc = "index"
-exclude_patterns = ["extra", "gallery"]
+exclude_patterns = ["gallery"]
 html_extra_path = ["extra"]
 myst_enable_extensions = ["colon_fence"]
 myst_heading_anchors = 4
