@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 EXECUTED = "tutorials/"
 """Where these pages are."""
 FENCE = re.compile(r"^```(\w+)\n(.*?)^```\n", re.MULTILINE | re.DOTALL)
-PROGRESS = re.compile(r"\d %$|^diagnosis: ")
+PROGRESS = re.compile(r"\d %$|[:,] \d+ s$|^diagnosis: ")
 NAMED = re.compile(r"# (\S+\.\w+)\n")
 COLUMNS, MOST_LINES, FEW_LINES, DPI = 92, 26, 18, 110
 ROOT = Path(__file__).parent.parent

@@ -156,7 +156,7 @@ def test_of_much_the_first_paragraph_is_shown_and_all_on_request() -> None:
 def test_a_page_notes_a_line_once_and_no_progress() -> None:
     shown, known = io.StringIO(), set[str]()
     for _ in range(2):
-        executed.Notes(shown, known).write("attitude: XKQ\nrunning: 4 %\n")
+        executed.Notes(shown, known).write("attitude: XKQ\nrunning: 4 %\nrunning: 0 %, 7 s\n")
     assert shown.getvalue() == "attitude: XKQ\n"
 
 
