@@ -122,6 +122,12 @@ def read_calibrations(path: Path) -> dict[str, Calibration]:
     return {k: calib.from_json(json.dumps(v), name=k, where=f"{path}: {k}") for k, v in data.items()}
 
 
+def first_ok(calibrations: dict[str, Calibration]) -> str:
+    """Return the name of the first calibration whose status is ok, or of the first if none is."""
+    usable = (name for name, one in calibrations.items() if one.status.kind == "ok")
+    return next(usable, next(iter(calibrations)))
+
+
 def apply_file(
     calibration: Path,
     data: Path,
@@ -133,15 +139,16 @@ def apply_file(
 ) -> dict[str, Any]:
     """Correct a recording with a calibration of a file and write the result to `out`, .parquet or .csv.
 
-    name : the calibration, by default the first; for an array each sensor uses its calibration `name@1` ... A fit of
-    a scalar magnetometer's terms corrects the channel scalar_nT in place of the field. Returns `calibrator`, `samples`,
-    `corrected` (mag or scalar_nT), and a `warning` where the status of a calibration is not ok. Raises InputError for
-    unusable files, an unknown name, a calibration without an estimate, and an `out` that would replace an input.
+    name : the calibration, by default the first that is ok; for an array each sensor uses its calibration `name@1` ...
+    A fit of a scalar magnetometer's terms corrects the channel scalar_nT in place of the field. Returns `calibrator`,
+    `samples`, `corrected` (mag or scalar_nT), and a `warning` where the status of a calibration is not ok. Raises
+    InputError for unusable files, an unknown name, a calibration without an estimate, and an `out` that would replace
+    an input.
     """
     _check_kept(out, (calibration, data))
     known = read_calibrations(calibration)
     recording = read_recording(data, run=run, reading=reading)
-    chosen = name or next(iter(known)).split("@")[0]
+    chosen = name or first_ok(known).split("@")[0]
     parts = sensor_recordings(recording, chosen)
     used = {key: _named(known, key, calibration) for key in parts}
     found = [corrected(used[key], part, f"{calibration}: {key}") for key, part in parts.items()]

@@ -274,5 +274,8 @@ def test_one_compass_is_chosen() -> None:
     found = {"1": GOOD, "2": GOOD}
     assert chosen(found, None, "old") == "1"
     assert chosen(found, None, "old", ["7", "2"]) == "2"
+    failed = replace(GOOD, status=Status("unobservable", "level"))
+    assert chosen({"1": failed, "2": GOOD}, None, "old") == "2"
+    assert chosen({"1": failed, "2": failed}, None, "old") == "1"
     with pytest.raises(InputError, match="choose among 1, 2"):
         chosen(found, "3", "old")

@@ -9,6 +9,7 @@ from calib import Calibration
 from calib.external import checked
 from scenarios.errors import InputError
 from scenarios.files import read_text
+from validation.calibrating.calibration_file import first_ok
 from validation.calibrating.parameter_files.autopilots import ARDUPILOT, PX4
 from validation.calibrating.parameter_files.command_lines import BETAFLIGHT, INAV
 from validation.calibrating.parameter_files.exports import C_HEADER, JSON, ROS
@@ -58,12 +59,12 @@ def calibrations_of(text: str, where: str, scale: FileScale) -> dict[str, Calibr
 
 
 def chosen(calibrations: dict[str, Calibration], name: str | None, where: str, likely: Sequence[str] = ()) -> str:
-    """Return the name of one calibration: as stated, the first of `likely` that is there, else the first.
+    """Return the name of one calibration: as stated, the first of `likely` that is there, else the first that is ok.
 
     Raises InputError for an unknown name.
     """
     if name is None:
-        return next((one for one in likely if one in calibrations), next(iter(calibrations)))
+        return next((one for one in likely if one in calibrations), first_ok(calibrations))
     if name not in calibrations:
         do = f"choose among {', '.join(calibrations)}"
         raise InputError(f"no calibration {name!r}", where=where, do=do)
