@@ -172,7 +172,7 @@ def test_a_file_that_declares_more_than_fits(tmp_path: Path) -> None:
     with h5netcdf.File(tmp_path / "huge.nc", "w") as file:
         file.dimensions = {"time": 10**9}
         file.create_variable("mag_x", ("time",), "f8", chunks=(10**6,))
-    with pytest.raises(InputError, match=r"holds 1e\+09 numbers, at most 4e\+07"):
+    with pytest.raises(InputError, match=r"holds 1e9 numbers, at most 4e7"):
         read_recording(tmp_path / "huge.nc")
 
 
