@@ -18,9 +18,9 @@ from sim.effects.base import Effect
 
 
 def as_one(chain: Sequence[Effect], problem: LinearProblem) -> list[Effect]:
-    """A chain in which two effects of one name are one, where one with other parameters leaves no more of the gap.
+    """Join two effects of one name in a chain, if one effect with other parameters leaves no more of the gap.
 
-    The model's lag and the one named beside it are one lag. Only where all axes are compared with the Earth's field.
+    The model's lag and the lag named beside it are a single lag. Vector mode only.
     """
     joined = list(chain)
     if problem.mode == "vector" and not (problem.still or problem.relative):

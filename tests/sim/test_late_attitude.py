@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from recordings.columns import ATTITUDE
 from scenarios.arrays import Array
 from sim.late_attitude import LateAttitude
+from sim.simulation import blocks, plan
+from tests.short import short
 
 TIME_S = np.arange(200) / 10.0
 
@@ -35,3 +38,16 @@ def test_blocks_change_nothing(length: int) -> None:
 def test_without_a_delay_nothing_is_touched() -> None:
     q = _turning(TIME_S)
     assert LateAttitude(0.0).of(TIME_S, q) is q
+
+
+def _logged_q(delay_s: float) -> Array:
+    """Attitude (n, 4) that a short run of the quadrotor logs at 10 Hz."""
+    quiet = ("sampling.rate_hz=10", "navigation.attitude_noise_std_deg=0", f"navigation.attitude_delay_s={delay_s}")
+    made = plan(short("quad-calibration", *quiet), 0, 1)
+    return np.concatenate([np.column_stack([block[name] for name in ATTITUDE]) for block in blocks(made)])
+
+
+def test_a_run_logs_the_attitude_of_a_row_before() -> None:
+    late, true = _logged_q(0.1), _logged_q(0.0)
+    assert np.abs((late[1:] * true[:-1]).sum(axis=1)) == pytest.approx(1.0, abs=1e-12)
+    assert np.abs((late[1:] * true[1:]).sum(axis=1)).min() < 1 - 1e-9
