@@ -12,7 +12,7 @@ from scenarios import load as files
 from scenarios.names import find
 from scenarios.paths import Ability, Phase
 from scenarios.problems import misfit
-from scenarios.spec import DIALECT, BaseScenario, FieldSpec
+from scenarios.spec import DIALECT, BaseScenario, FieldSpec, NavigationSpec
 from scenarios.table import Table
 from scenarios.vary import check_vary
 from sim.effects import EffectName, Effects, check_order, in_order
@@ -131,6 +131,7 @@ class ModelSpec(Table):
     name: str = Field("model", pattern=r"^[a-z0-9][a-z0-9_-]*$")
     summary: str = ""
     field: FieldSpec | None = None
+    navigation: NavigationSpec = NavigationSpec(attitude_noise_std_deg=0.0)
     effects: Effects = _EFFECTS
     effect_order: tuple[EffectName, ...] | None = _ORDER
 

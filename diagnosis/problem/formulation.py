@@ -20,12 +20,12 @@ from diagnosis.problem.vector import vector_problem, with_attitude_std
 from recordings import Recording
 from scenarios.arrays import Array
 from scenarios.errors import InputError
-from scenarios.spec import FieldSpec, NavigationSpec
+from scenarios.spec import FieldSpec
 from sim.effects import EFFECTS
 from sim.effects.base import Effect
 from sim.effects.chain_position import without_iron
 from sim.field import earth_field_enu_nT
-from sim.scenario import Model, Scenario
+from sim.scenario import Model
 from validation.text import duration
 
 NOMINAL_NT = 5e4
@@ -96,18 +96,13 @@ def pose_model(
     if field_enu_nT is None and model.field is not None:
         field_enu_nT = _field_enu_nT(model.field, track)
     strength = strength_nT or NOMINAL_NT if field_enu_nT is None else float(np.linalg.norm(field_enu_nT))
-    steady, navigation = interpolate_attitude(recording, policy), _navigation(model)
+    steady, navigation = interpolate_attitude(recording, policy), model.navigation
     in_time, unknown = moved_attitude(steady.recording, navigation.attitude_delay_s)
     problem = _with_correction(steady, pose(in_time, field_enu_nT, strength, effects, policy, track)).without(unknown)
     stated_deg = 0.0 if problem.relative else navigation.attitude_noise_std_deg
     known = iron_known and not (problem.still or problem.relative)
     stated = replace(problem, iron_known=known, attitude_delay_s=navigation.attitude_delay_s)
     return with_attitude_std(stated, float(np.radians(stated_deg)))
-
-
-def _navigation(model: Model) -> NavigationSpec:
-    """Errors of the navigation as the model states them: none but in a scenario."""
-    return model.navigation if isinstance(model, Scenario) else NavigationSpec(attitude_noise_std_deg=0.0)
 
 
 def pose_again(

@@ -34,10 +34,15 @@ CIRCLES: dict[str, Any] = {
 """Motions for a model without one: over the whole sphere, or with motors where an effect needs their currents."""
 
 
+class StandIn(Scenario):
+    """A scenario whose vehicle and motion stand in for those of a log that does not tell them."""
+
+
 def patch_model(model: Model, named: Sequence[NamedEffect], problem: LinearProblem) -> Scenario:
     """Add the named effects to the given model, with fitted iron where its iron was unknown.
 
-    A scenario keeps its vehicle and motion, but not its `vary`: the new model is a single instrument.
+    A scenario keeps its vehicle and motion, but not its `vary`: the new model is a single instrument. A model without
+    a vehicle becomes a `StandIn`, which the simulator can run.
     """
     new = [effect for named_effect in named for effect in named_effect.effects]
     given = (
@@ -57,7 +62,7 @@ def patch_model(model: Model, named: Sequence[NamedEffect], problem: LinearProbl
     if isinstance(model, Scenario):
         found = _corrected_field(problem) | _navigation(model.navigation, problem)
         return model.model_copy(update={**changed, **_without_sensor_effects(model), **found})
-    return Scenario.model_validate(
+    return StandIn.model_validate(
         {"name": model.name, "summary": model.summary, "field": _field(model, problem)}
         | _motion(whole)
         | changed

@@ -1,4 +1,4 @@
-"""The gap that remains when the simulator runs the written model along the recorded motion."""
+"""The new model as a file, and the gap that remains when the simulator runs the file along the recorded motion."""
 
 from __future__ import annotations
 
@@ -6,11 +6,24 @@ import numpy as np
 
 from diagnosis.problem.formulation import pose_model
 from diagnosis.problem.linear import LinearProblem
+from diagnosis.repair.new_model import StandIn
 from recordings import Recording
 from scenarios.nesting import parsed_toml
+from scenarios.spec import NavigationSpec
 from scenarios.toml import to_toml
-from sim.scenario import Scenario
+from sim.scenario import ModelSpec, Scenario
 from validation.signals.amplitude import rms
+
+NO_VEHICLE = "# The vehicle is unknown: `diagnose --model` takes the file; to simulate, add [vehicle] and [[phases]].\n"
+
+
+def written_model(model: Scenario) -> str:
+    """The TOML text of a new model: a scenario, or what a diagnosis compares where the vehicle is not known."""
+    if not isinstance(model, StandIn):
+        return to_toml(model)
+    kept = {name: getattr(model, name) for name in ("name", "summary", "field", "effects", "effect_order")}
+    late = NavigationSpec(attitude_noise_std_deg=0.0, attitude_delay_s=model.navigation.attitude_delay_s)
+    return NO_VEHICLE + to_toml(ModelSpec(navigation=late, **kept))
 
 
 def resimulated_rms_nT(recording: Recording, model: Scenario, end: LinearProblem) -> float | None:
@@ -21,6 +34,7 @@ def resimulated_rms_nT(recording: Recording, model: Scenario, end: LinearProblem
     """
     if end.mode != "vector" or end.still or end.relative or len(end.usable) != len(recording):
         return None
-    read = Scenario.model_validate(parsed_toml(to_toml(model), "model.toml", "report the model"))
+    kind = ModelSpec if isinstance(model, StandIn) else Scenario
+    read = kind.model_validate(parsed_toml(written_model(model), "model.toml", "report the model"))
     posed = pose_model(recording, read, None, None, policy=end.policy)
     return rms((posed.recording.mag_nT - posed.predicted_nT)[np.asarray(end.usable > 0)])

@@ -11,6 +11,7 @@ import numpy as np
 from diagnosis.evidence.candidate_result import CandidateResult
 from diagnosis.evidence.start_transients import find_start_samples
 from diagnosis.repair.model_diff import model_diff
+from diagnosis.repair.written_model import written_model
 from diagnosis.result import Diagnosis, EvidenceKind, NamedEffect, Transfer, parameters
 from diagnosis.verdict import Verdict
 from reports.presentation.answer import PresentedAnswer, gap_cells
@@ -90,7 +91,7 @@ class PresentedDiagnosis(PresentedAnswer):
             where=diagnosis.where,
             not_observable=diagnosis.not_observable,
             diff=model_diff(diagnosis),
-            model=to_toml(diagnosis.model),
+            model=written_model(diagnosis.model),
             summary=diagnosis.as_dict(),
             causes=tuple(map(PresentedCause.of, diagnosis.named)),
             parts=tuple(_part_rows(diagnosis)),

@@ -9,6 +9,7 @@ from typing import Any, Self
 import numpy as np
 
 from diagnosis.repair.model_diff import lines_of_diff
+from diagnosis.repair.written_model import written_model
 from diagnosis.result import NamedEffect, Transfer, parameters
 from diagnosis.several.common_effects import CommonEffect
 from diagnosis.several.result import PooledDiagnosis
@@ -18,7 +19,6 @@ from diagnosis.several.transfer import Presence
 from reports.presentation.answer import PresentedAnswer, gap_cells
 from reports.presentation.diagnosis import PresentedDiagnosis, Row, cells, parameter_rows
 from reports.presentation.series import GapSeries
-from scenarios.toml import to_toml
 from validation.text import all_of, digits, symbol
 
 POOLED = "pooled"
@@ -105,7 +105,7 @@ class PresentedPool(PresentedAnswer):
             where=pooled.where,
             not_observable=pooled.not_observable,
             diff=lines_of_diff(pooled.each[0].problem.effects, pooled.model),
-            model=to_toml(pooled.model),
+            model=written_model(pooled.model),
             summary=pooled.as_dict(),
             names=pooled.names,
             each=each,

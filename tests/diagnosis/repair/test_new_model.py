@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,7 +14,9 @@ from diagnosis.problem.level import Level
 from diagnosis.problem.linear import LinearProblem, ReferenceCorrection
 from diagnosis.repair.new_model import patch_model
 from diagnosis.repair.refinement import refine
+from diagnosis.repair.written_model import written_model
 from diagnosis.result import EvidenceKind, NamedEffect
+from scenarios.nesting import parsed_toml
 from scenarios.toml import as_dict
 from sim.chain import apply_deterministic
 from sim.effects.base import Effect
@@ -24,7 +27,7 @@ from sim.effects.iron import HardIron, HardIronDrift
 from sim.effects.noise import WhiteNoise
 from sim.effects.offsets import OffsetRandomWalk
 from sim.effects.parameters import ACTIVE_WINDOW
-from sim.scenario import Model, ModelSpec, Scenario, load
+from sim.scenario import Model, ModelSpec, Scenario, load, load_model
 from tests.diagnosis.repair.test_repair import DRIVEN
 from tests.diagnosis.synthetic import FIELD_ENU_NT, STRENGTH_NT, problem, recording, without_attitude
 
@@ -122,6 +125,19 @@ def test_a_written_model_has_the_field_that_holds_and_a_motion_that_shows_the_ef
     assert _patched(IN_PART, (), flown).field == flown.field
     assert _patched(IN_PART, ()).vehicle.kind == "turntable"
     assert _patched(DRIVEN(**{DRIVEN.linear[0]: GAIN}), ()).vehicle.kind == "auv"
+
+
+def test_a_file_of_a_log_without_a_vehicle_has_none_and_is_a_model_again(tmp_path: Path) -> None:
+    """The delay of the attitude is kept, the vehicle of a stand-in is not."""
+    file = tmp_path / "model.toml"
+    late = replace(problem(recording(300)), attitude_delay_s=0.25)
+    named = [NamedEffect(DRIVEN(**{DRIVEN.linear[0]: GAIN}), (), EvidenceKind.HELD_OUT, 100.0, 1.0)]
+    made = patch_model(ModelSpec(), named, late)
+    file.write_text(written_model(made))
+    read = load_model(file)
+    assert not {"vehicle", "phases"} & {*parsed_toml(file.read_text(), "", "")}
+    assert (read.chain(), read.field, read.navigation.attitude_delay_s) == (made.chain(), made.field, 0.25)
+    assert written_model(patch_model(load("quad-comb"), (), late)).count('kind = "quadrotor"') == 1
 
 
 def test_without_a_heading_the_noise_is_that_of_the_strength() -> None:
