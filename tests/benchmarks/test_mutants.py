@@ -70,6 +70,11 @@ def test_each_operator_comparison_word_sign_number_and_result_is_made_another():
     }
 
 
+def test_the_lengths_of_a_zip_are_no_mutant_but_another_strict_is() -> None:
+    text = "for x in zip(a, b, strict=True):\n    read(x, strict=True)\nzip(a, b, strict=False)\n"
+    assert [(m.line, m.before) for m in mutants("a.py", text)] == [(2, "True"), (3, "False")]
+
+
 def test_a_mutant_changes_its_place_alone_and_can_be_read():
     for mutant in mutants("a.py", SOURCE):
         text = mutant.applied(SOURCE)
