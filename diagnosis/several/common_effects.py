@@ -163,11 +163,14 @@ def _common_iron(
         sum(change.evidence.nats for change in known),
         rms(np.array([change.evidence.strength for change in known])),
     )
-    effect, spread = parameters_of(known[0].evidence.candidate, agree.c, agree.covariance, problems[0])
+    first, there = next(
+        (change, problem) for change, problem in zip(changes, problems, strict=True) if change is not None
+    )
+    effect, spread = parameters_of(first.evidence.candidate, agree.c, agree.covariance, there)
     named = NamedEffect(
         effect, _in_all([change.alternatives for change in known]), EvidenceKind.IRON, nats, strength, spread, transfer
     )
-    own = tuple(_iron_in_recording(change, transfer, problems[0]) for change in changes)
+    own = tuple(_iron_in_recording(*one, transfer) for one in zip(changes, problems, strict=True))
     ratios = _ratios([None if change is None else estimate_from(change.evidence) for change in changes])
     return CommonEffect(named, own, _presences(changes), agree.chi2, agree.degrees, agree.p, ratios)
 
@@ -184,7 +187,7 @@ def _in_all(lists: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
     return tuple(name for name in lists[0] if all(name in other for other in lists))
 
 
-def _iron_in_recording(change: AcceptedEffect | None, transfer: Transfer, problem: LinearProblem) -> NamedEffect | None:
+def _iron_in_recording(change: AcceptedEffect | None, problem: LinearProblem, transfer: Transfer) -> NamedEffect | None:
     if change is None:
         return None
     own = estimate_from(change.evidence)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import logging
+import math
 import time
 from asyncio import CancelledError
 from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass, field
-from itertools import chain, islice
+from itertools import chain, count, islice
 from queue import Empty, SimpleQueue
 from typing import Any, Generic, TypeVar
 
@@ -87,7 +88,7 @@ class _Connection(Generic[Item, Result]):
 
     def __post_init__(self) -> None:
         self.client = _connected(self.cluster)
-        self._checked_s, self._thread_count, self._count = -LOOK_S, 0, 0
+        self._looked_s, self._numbers = -math.inf, count()
 
     def pending(self) -> list[Item]:
         """Return the submitted tasks without a result."""
@@ -112,8 +113,7 @@ class _Connection(Generic[Item, Result]):
             del self.submitted[key]
 
     def _submit(self, task: Item) -> None:
-        self._count += 1
-        key = f"{self.function.__name__}-{self._count}-{id(self):x}"
+        key = f"{self.function.__name__}-{next(self._numbers)}-{id(self):x}"
         future = self.client.submit(self.function, task, key=key, pure=False)
         self.submitted[key] = (future, task)
         future.add_done_callback(lambda done: self.landed.put(done.key))
@@ -133,12 +133,12 @@ class _Connection(Generic[Item, Result]):
         """Return the threads of all workers, updated every LOOK_S; DisconnectedError without an answer."""
         if self.client.status != "running":
             raise DisconnectedError
-        if time.monotonic() - self._checked_s >= LOOK_S:
+        if time.monotonic() - self._looked_s >= LOOK_S:
             try:
                 self._thread_count = sum(self.client.ncores().values())
             except Exception as error:
                 raise DisconnectedError from error
-            self._checked_s = time.monotonic()
+            self._looked_s = time.monotonic()
         return self._thread_count
 
     def _result(self, future: Any, task: Item) -> Result:

@@ -36,7 +36,7 @@ KEPT = 0.6
 RARE = 1e-6
 """Weight over the largest below which a candidate is dropped."""
 SHORT = 0.5
-"""Seconds below which a hold is dropped."""
+"""Seconds below which a hold is dropped; a person's hold and a push are always longer."""
 THINNED = 1.002
 """Factor by which the error may grow through dropped holds."""
 CLOSE_S = 1.0
@@ -174,8 +174,7 @@ def _design_error(task: PlanningTask, rows: Array) -> float:
 
 def _without_one(choice: LegSelection, most: float) -> LegSelection | None:
     """Return the selection without its shortest negligible leg that can be spared, None if each one is needed."""
-    least = choice.task.manoeuvre.least
-    brief = [k for k, leg in enumerate(choice.legs) if leg.amount < least + SHORT * (1.0 - least)]
+    brief = [k for k, leg in enumerate(choice.legs) if leg.amount < SHORT]
     for k in sorted(brief, key=lambda k: choice.legs[k].amount) if len(choice.legs) > 1 else ():
         kept = np.array([leg.angles_deg for leg in (*choice.legs[:k], *choice.legs[k + 1 :])])
         tried = _route(choice.task, kept, ordered=True).best(choice.time_s)

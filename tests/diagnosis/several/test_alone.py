@@ -8,9 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from diagnosis.evidence.localise import ChannelShare
+from diagnosis.policy import STANDARD
 from diagnosis.result import EvidenceKind
 from diagnosis.several.verdict_rules import PooledVerdict
-from diagnosis.several.workflow import _answers_better_alone, check_apart
+from diagnosis.several.workflow import _answers_better_alone, check_apart, mean_shares
 from diagnosis.verdict import Verdict
 from scenarios.errors import InputError
 from tests.diagnosis.several.told import GAP, motor, own
@@ -79,3 +81,17 @@ def test_what_is_left_is_told_by_recording() -> None:
         *("first: why 0", "first: it rises", "first: a doubt"),
         "second: why 1",
     )
+
+
+def test_a_channel_s_share_is_its_mean_over_all_recordings_the_largest_first() -> None:
+    """A recording in which it has no share counts as none; the list is cut."""
+    several = [
+        [ChannelShare("temperature", "body", 0.6), ChannelShare("current", "body", 0.3)],
+        [ChannelShare("current", "body", 0.6)],
+        [],
+    ]
+    found = mean_shares(several, STANDARD)
+    assert [(one.channel, one.frame) for one in found] == [("current", "body"), ("temperature", "body")]
+    assert [one.share for one in found] == pytest.approx([0.3, 0.2])
+    many = [[ChannelShare(f"c{k}", "earth", 0.01 * k) for k in range(50)]]
+    assert [one.channel for one in mean_shares(many, STANDARD)] == [f"c{49 - k}" for k in range(STANDARD.most_channels)]

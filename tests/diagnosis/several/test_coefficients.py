@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,7 +11,10 @@ from diagnosis.several.coefficients import (
     CoefficientEstimate,
     agreement,
     cross_predicted_gains,
+    inverse,
     predicted_by_others,
+    rank,
+    size_ratio,
     with_scatter,
 )
 
@@ -95,3 +100,77 @@ def test_what_scatters_within_a_recording_may_differ_between_them() -> None:
     assert np.mean(np.array(stated) < 0.05) > 0.4
     assert np.mean(np.array(shown) < 0.05) < 0.08
     assert np.mean(np.array(shown) < 0.5) > 0.2
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e4])
+def test_the_best_factor_of_given_coefficients_is_that_of_a_fit_of_their_course(unit: float) -> None:
+    """One column ``X c``, whose error is one over the root of its squares, in any unit of the coefficients."""
+    rng = np.random.default_rng(6)
+    X, c = unit * rng.normal(size=(50, 2)) / 1e3, np.array([2.0, -1.0]) / unit
+    y = 1.3 * X @ c + 1e-4 * rng.normal(size=50)
+    found = size_ratio(CoefficientEstimate(X.T @ X, X.T @ y), c)
+    assert found is not None
+    course = X @ c
+    assert found[0] == pytest.approx(course @ y / (course @ course))
+    assert found[1] == pytest.approx((course @ course) ** -0.5)
+    wide = CoefficientEstimate(X.T @ X, X.T @ y, np.linalg.cholesky(X.T @ X).T, 9.0 * np.eye(2))
+    assert size_ratio(wide, c) == pytest.approx((found[0], 3.0 * found[1]))
+
+
+def test_coefficients_without_a_course_have_no_factor() -> None:
+    nothing = CoefficientEstimate(np.diag([1.0, 0.0]), np.array([1.0, 0.0]))
+    assert size_ratio(nothing, np.array([0.0, 5.0])) is None
+
+
+def test_one_recording_agrees_with_itself() -> None:
+    """No degree of freedom is left for a difference."""
+    one = drawn(np.random.default_rng(7), TRUE)[0]
+    found = agreement([one], 0.0)
+    assert (found.degrees, found.p) == (0, 1.0)
+    assert found.c == pytest.approx(one.c)
+    assert found.covariance == pytest.approx(np.linalg.inv(one.N), rel=1e-6)
+    assert predicted_by_others([one]).tolist() == [[0.0, 0.0, 0.0]]
+
+
+def test_what_a_factor_explains_is_the_likelihood_ratio_of_a_fit_over_its_inflation() -> None:
+    """``(c^T g)^2 / (2 c^T N c)`` for a positive factor; nothing for a negative one, or for no course."""
+    rng = np.random.default_rng(8)
+    X, c = rng.normal(size=(40, 2)), np.array([1.0, 2.0])
+    y = 0.5 * X @ c + rng.normal(size=40)
+    N, g, course = X.T @ X, X.T @ y, X @ c
+    left = y - course * (course @ y) / (course @ course)
+    nats = (y @ y - left @ left) / 2
+    assert CoefficientEstimate(N, g).scaled_gain(c) == pytest.approx(nats)
+    assert CoefficientEstimate(N, g).scaled_gain(-c) == 0.0
+    assert CoefficientEstimate(0.0 * N, g).scaled_gain(c) == 0.0
+    wide = CoefficientEstimate(N, g, np.linalg.cholesky(N).T, 4.0 * np.eye(2))
+    assert wide.scaled_gain(c) == pytest.approx(nats / 4)
+    assert wide.inflation(c) == pytest.approx(4.0)
+    assert replace(wide, spread=0.25 * np.eye(2)).inflation(c) == 1.0
+    assert wide.inflation(0.0 * c) == 1.0
+    assert wide.covariance == pytest.approx(4.0 * np.linalg.inv(N))
+
+
+def test_the_rank_counts_what_is_determined_in_any_unit() -> None:
+    rng = np.random.default_rng(9)
+    X = rng.normal(size=(20, 3)) * SIZES
+    for columns, found in ((X, 3), (X[:, [0, 1, 0]], 2), (X * [1.0, 0.0, 0.0], 1), (0 * X, 0), (1e-30 * X, 3)):
+        assert rank(columns.T @ columns) == found
+    N = X.T @ X
+    assert inverse(N) @ N == pytest.approx(np.eye(3), abs=1e-6)
+    half = np.diag([4.0, 0.0])
+    assert inverse(half) == pytest.approx(np.diag([0.25, 0.0]))
+
+
+def test_a_scatter_of_the_parts_widens_and_none_does_not_narrow() -> None:
+    """Of two parts that are one apart, one column each: the squares of ``u`` sum to ``m / (m - 1)`` times theirs."""
+    N = np.array([[4.0]])
+    apart = [CoefficientEstimate(N, N @ [c]) for c in (1.0, 3.0)]  # 2 +- 1, each known to 1/2
+    same = [CoefficientEstimate(N, N @ [2.0])] * 2
+    one, other = with_scatter([apart, same], [1.0, 1.5])
+    # u = 8^-1/2 (4 c - 4 2) is -4/sqrt 8 and its opposite: 4 in sum, twice that, over two recordings
+    assert one.spread == pytest.approx(4.0)
+    assert other.spread == pytest.approx(4.0)
+    assert one.covariance == pytest.approx(4.0 / 8.0)
+    (still,) = with_scatter([same], [1.5])
+    assert still.spread == pytest.approx(1.5)

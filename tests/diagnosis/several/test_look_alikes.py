@@ -13,9 +13,10 @@ from diagnosis.evidence.candidate_test import ColouredBaseline
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import STANDARD
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.several.look_alikes import fit_equally_well
+from diagnosis.several.look_alikes import fit_equally_well, is_explained_by
 from diagnosis.several.pooled_test import CandidateInRecording, PooledCandidate, with_own_effects
 from diagnosis.several.selection import PooledEffect, PooledRecording, _is_contradicted, _is_form_of_accepted
+from diagnosis.several.transfer import Presence
 from diagnosis.several.transfer import assess_transfer as reached
 from sim.effects import BY_NAME
 from sim.effects.currents import CurrentRipple, MotorCurrent
@@ -154,3 +155,30 @@ def test_what_is_of_one_kin_is_not_held_against_it() -> None:
         for one in (latency, eddy, DRIFT)
     ]  # type: ignore[arg-type]
     assert [len(one) for one in in_recording] == [0, 0, 1]
+
+
+@pytest.mark.parametrize(("rival", "explained"), [(WARM, True), (RIPPLE, False)])
+def test_a_rival_is_explained_that_gains_nothing_beside_the_best(rival: Candidate, explained: bool) -> None:
+    """A temperature that rises as a drift does gains alone and not beside it; a tone of its own gains beside it."""
+    problems = [flown("both", 40.0, seed) for seed in (1, 2)]
+    baselines = [ColouredBaseline.of(one, []) for one in problems]
+    best = PooledCandidate.of(DRIFT, baselines, problems, 1)
+    columns = [baseline.rows.bin(rival.columns(one)) for baseline, one in zip(baselines, problems, strict=True)]
+    assert bool(is_explained_by(columns, best)) is explained
+    assert bool(is_explained_by([columns[0], None], best)) is explained
+    assert is_explained_by([None, None], best)
+
+
+def test_the_strength_of_a_lot_is_that_of_the_recordings_with_the_effect() -> None:
+    """The root of the mean square; of all that were asked where none has it."""
+
+    def strength(*there: Presence) -> float:
+        in_recordings = (SimpleNamespace(strength=3.0), SimpleNamespace(strength=4.0), None)
+        pooled: Any = SimpleNamespace(in_recordings=in_recordings, tested=in_recordings[:2])
+        finding: Any = SimpleNamespace(pooled=pooled, presence=there)
+        return PooledEffect(finding, ()).strength
+
+    here, absent, unasked = Presence.PRESENT, Presence.ABSENT, Presence.NOT_RECORDED
+    assert strength(here, here, unasked) == pytest.approx(12.5**0.5)
+    assert strength(here, absent, unasked) == pytest.approx(3.0)
+    assert strength(absent, Presence.UNDECIDED, unasked) == pytest.approx(12.5**0.5)

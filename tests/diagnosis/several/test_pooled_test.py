@@ -157,3 +157,40 @@ def test_errors_are_known_by_three_degrees_of_freedom_of_each_recording() -> Non
         ).error_degrees
         == 6
     )
+
+
+def test_the_inflation_is_what_a_column_shifted_in_time_gains_over_half_a_nat() -> None:
+    """A column of pure noise gains half a nat on average; three columns one and a half."""
+    late = np.roll(GIVEN.state.current_A.sum(axis=1), 50)[:, None] * TO
+    one = _asked(_with(late - late.mean(axis=0)), ColouredBaseline.of(GIVEN, []).rows.bin(MOTOR.columns(GIVEN)))
+    nats = [N_g[:-1, -1] @ np.linalg.solve(N_g[:-1, :-1], N_g[:-1, -1]) / 2 for N_g in one.surrogates]
+    assert one.inflation == pytest.approx(np.mean(nats) / (3 / 2))
+
+
+def test_the_strength_is_the_rms_of_the_course_that_a_refitted_base_leaves() -> None:
+    """In units of the noise, over all samples; what the base follows counts for nothing."""
+    coloured_baseline = _with(4 * SLOW @ TO)
+    one = _asked(coloured_baseline, SLOW)
+    course = (SLOW[:, 0, 0] - SLOW[:, 0, 0].mean())[:, None] * one.estimate.c
+    assert one.strength <= np.sqrt(np.mean(course**2)) * 1.001
+    left = []
+    for axis in range(3):
+        B, added = GIVEN.base, SLOW[:, axis] @ one.estimate.c
+        left.append(added - B @ np.linalg.lstsq(B, added, rcond=None)[0])
+    assert one.strength == pytest.approx(np.sqrt(np.mean(np.square(left))), rel=0.02)
+
+
+def test_a_candidate_that_no_recording_holds_has_no_width_and_no_inflation() -> None:
+    nowhere = PooledCandidate(MOTOR, (None, None), 0.0)
+    assert (nowhere.width, nowhere.inflation, nowhere.estimates, nowhere.error_degrees) == (0, 1.0, (None, None), 0)
+    assert (nowhere.tested, nowhere.columns) == ([], [None, None])
+    here: Any = SimpleNamespace(columns=np.zeros((9, 3, 2)), inflation=3.0)
+    assert (PooledCandidate(MOTOR, (None, here), 0.0).width, PooledCandidate(MOTOR, (None, here), 0.0).inflation) == (
+        2,
+        3.0,
+    )
+
+
+def test_nothing_is_explained_in_a_recording_without_the_causes() -> None:
+    nowhere = PooledCandidate(MOTOR, (None,), 0.0)
+    assert (nowhere.nats(0, np.ones(3)), nowhere.own_nats(0)) == (0.0, 0.0)

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import logging
 import pickle
 import sys
+import threading
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -13,7 +16,7 @@ from reports.outputs.comparison import compare
 from scenarios.errors import InputError
 from validation.comparison.cluster import Cluster
 from validation.comparison.design import Design
-from validation.comparison.engine import SerialEngine, run_trials
+from validation.comparison.engine import GoneError, SerialEngine, run_trials
 from validation.comparison.journal import Journal
 from validation.comparison.trial import PendingTrial, Trial
 from validation.comparison.trial_table import TRIALS
@@ -96,3 +99,62 @@ def test_no_scheduler_no_address_no_package(design: Design, monkeypatch: pytest.
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(InputError, match=r"magbench\[cluster\]"):
         list(run_trials(design, [0], Cluster("tcp://127.0.0.1:9")))
+
+
+def doubled(number: int) -> int:
+    return 2 * number
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_two_tasks_a_thread_are_taken_ahead_and_no_more(threads: int) -> None:
+    """Tasks are made as they are taken, so that a million take no memory."""
+    taken = list[int]()
+
+    def items() -> Iterator[int]:
+        for number in range(12):
+            taken.append(number)
+            yield number
+
+    silent = {"dashboard_address": None, "silence_logs": False, "processes": False, "protocol": "tcp"}
+    with distributed.LocalCluster(n_workers=1, threads_per_worker=threads, **silent) as made:
+        found, ahead = dict[int, int](), list[int]()
+        with closing(Cluster(made.scheduler_address, patience_s=20.0).map(doubled, items())) as results:
+            for number, result in results:
+                ahead.append(len(taken) - len(found))
+                found[number] = result
+    assert found == {number: 2 * number for number in range(12)}
+    assert ahead[:6] == [2 * threads] * 6
+
+
+def test_a_scheduler_without_a_worker_is_waited_for_and_then_given_up() -> None:
+    """A worker that comes in time does the work; what is said otherwise is how long was waited, by default a minute."""
+    silent = {"dashboard_address": None, "silence_logs": False, "processes": False, "protocol": "tcp"}
+    with distributed.LocalCluster(n_workers=0, **silent) as made:
+        with pytest.raises(GoneError, match=r"has had no worker for 0\.5 s"):
+            list(Cluster(made.scheduler_address, patience_s=0.5).map(doubled, [1]))
+        late = threading.Timer(1.5, made.scale, [1])
+        late.start()
+        assert list(Cluster(made.scheduler_address, patience_s=20.0).map(doubled, [1, 2])) == [(1, 2), (2, 4)]
+        late.join()
+    assert "has had no worker for 60 s" in str(Cluster("tcp://here:8786").missing("has had no worker"))
+
+
+def test_what_dask_logs_of_lost_connections_is_not_shown_meanwhile(cluster) -> None:  # type: ignore[no-untyped-def]
+    """However grave; before and after it is."""
+    shown = list[str]()
+    handler = logging.Handler()
+    handler.emit = lambda record: shown.append(record.getMessage())  # type: ignore[method-assign]
+    loggers = [logging.getLogger(name) for name in ("distributed", "tornado", "asyncio")]
+    for logger in loggers:
+        logger.addHandler(handler)
+    try:
+        with closing(Cluster(cluster.scheduler_address, patience_s=20.0).map(doubled, [1])) as results:
+            for _ in results:
+                for logger in loggers:
+                    logger.critical("meanwhile")
+        for logger in loggers:
+            logger.critical("afterwards")
+    finally:
+        for logger in loggers:
+            logger.removeHandler(handler)
+    assert [text for text in shown if text in ("meanwhile", "afterwards")] == ["afterwards"] * 3

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.validation.comparison.example import table_of
-from validation.comparison.ranking import overall_sentence, quoted, rank_calibrators
+from validation.comparison.ranking import frequent_reason, overall_sentence, quoted, rank_calibrators
 from validation.scoring.definitions import SCORE_DEFINITIONS
 
 SCORE = SCORE_DEFINITIONS["offset_error"]
@@ -171,3 +171,13 @@ def test_a_best_at_every_point_and_none_at_any_are_said_so():
 def test_few_trials_give_an_answer_too(n):
     found = rank_calibrators(table_of({"a": GOOD[:n], "b": 9 * GOOD[:n], "uncorrected": RAW[:n]}), SCORE)
     assert found.best.calibrator == "a"
+
+
+def test_what_is_asked_without_a_point_is_of_the_first():
+    first = {"a": np.r_[np.full(9, np.inf), GOOD[9:]], "uncorrected": RAW}
+    table = table_of(first, {"a": 2 * GOOD, "uncorrected": RAW}, sweep=[1.0, 5.0])
+    assert rank_calibrators(table, SCORE) == rank_calibrators(table, SCORE, 0)
+    assert rank_calibrators(table, SCORE).best.failures == 9
+    assert rank_calibrators(table, SCORE, 1).best.failures == 0
+    assert frequent_reason(table, "a") == "it broke down"
+    assert frequent_reason(table, "a", 1) == ""

@@ -79,3 +79,41 @@ def test_another_file_is_refused(tmp_path: Path) -> None:
     (tmp_path / TRIALS).write_bytes(b"no table")
     with pytest.raises(InputError, match=TRIALS):
         TrialTable.read(tmp_path)
+
+
+def test_what_is_asked_without_a_point_is_of_the_first(design: Design) -> None:
+    table = TrialTable.of(design, [told(0, 0), told(0, 2), told(1, 5), told(1, 6), told(1, 7)])
+    np.testing.assert_array_equal(table.runs(), [0, 2])
+    np.testing.assert_array_equal(table.runs(1), [5, 6, 7])
+    np.testing.assert_array_equal(table.values("offset_error", "ellipsoid"), [0.0, np.inf])
+    np.testing.assert_array_equal(table.failed("ellipsoid"), [False, True])
+    assert table.texts("status", "ellipsoid") == ["ok", "unobservable"]
+    np.testing.assert_array_equal(table.time_s("wall_s", "ellipsoid"), [1.0, 1.0])
+    assert len(table.time_s("wall_s", "sphere", 1)) == 3
+
+
+def test_rows_are_in_the_order_of_points_runs_and_calibrators(design: Design) -> None:
+    table = TrialTable.of(design, [told(1, 1), told(0, 4), told(0, 3), told(1, 0)])
+    columns = table.columns.to_pydict()
+    assert list(zip(columns["point"], columns["run"], strict=True))[::3] == [(0, 3), (0, 4), (1, 0), (1, 1)]
+    assert columns["calibrator"] == ["sphere", "ellipsoid", "uncorrected"] * 4
+    assert columns["seed"] == [5] * 12
+    assert columns["effects.white_noise.std_nT"] == [5.0] * 6 + [50.0] * 6
+    assert columns["reason"][1::3] == ["", "", "", ""]
+    assert columns["heading_rms_deg"][:3] == [1.0, None, 1.0]
+    assert table.candidates == ("sphere", "ellipsoid")
+    assert table.swept == ("effects.white_noise.std_nT",)
+
+
+def test_swept_words_and_truths_are_text(design: Design) -> None:
+    key = design.swept[0]
+    for values, texts in ((("calm", "rough"), ["calm", "rough"]), ((True, 2.0), ["True", "2.0"])):
+        points = tuple(replace(point, values={key: v}) for point, v in zip(design.points, values, strict=True))
+        table = TrialTable.of(replace(design, points=points), [told(0, 0), told(1, 0)])
+        assert table.columns.column(key).to_pylist() == [word for word in texts for _ in range(3)]
+
+
+def test_a_column_that_is_missing_is_named(table: TrialTable, tmp_path: Path) -> None:
+    pq.write_table(table.columns.drop_columns(["status"]), tmp_path / TRIALS)
+    with pytest.raises(InputError, match="there is no column status"):
+        TrialTable.read(tmp_path)

@@ -8,8 +8,8 @@ import pytest
 from scenarios.errors import InputError
 from tests.validation.comparison.example import table_of
 from validation.comparison.statistics import rate
-from validation.gates.power import trials_to_pass
-from validation.gates.proposal import gate_proposals
+from validation.gates.power import fewest_trials, trials_to_pass
+from validation.gates.proposal import AFFORDABLE, LADDER, ProposedLimit, cost, gate_proposals
 from validation.gates.sequential import SequentialTest
 from validation.scoring.definitions import SCORE_DEFINITIONS
 
@@ -91,3 +91,46 @@ def test_a_gate_is_proposed_for_the_test_that_it_will_be_decided_by() -> None:
     assert alone.limit.usually == trials_to_pass(alone.test, over, 0.5)
     assert alone.max_trials >= alone.limit.trials
     assert alone.caught == pytest.approx(1.1)  # without a spread whatever is over the limit fails
+
+
+def failing_in(count: int, of: int) -> np.ndarray:
+    """One in every trial, but no estimate in some."""
+    return np.where(np.arange(of) < count, np.inf, 1.0)
+
+
+def test_where_no_limit_passes_soon_the_highest_is_proposed_beside_the_next(rng: np.random.Generator) -> None:
+    """Whatever the limit, ten failures of forty may be four in ten, which takes hundreds of trials to pass."""
+    (found,) = gate_proposals(table_of({"a": failing_in(10, 40), "uncorrected": np.full(40, 1e3)}), SCORE).gates
+    assert found.limit.trials is not None
+    assert found.limit.trials > AFFORDABLE
+    assert (found.limit.value, found.stricter and found.stricter.value) == (100.0, 50.0)
+    assert found.max_trials == found.limit.trials
+
+
+def test_the_next_lower_limit_is_told_with_its_price_where_the_median_keeps_it(rng: np.random.Generator) -> None:
+    values = rng.lognormal(0.0, 0.3, 40)
+    (found,) = gate_proposals(table_of({"a": values, "uncorrected": 100 * values}), SCORE).gates
+    assert found.limit.trials is not None
+    assert found.limit.trials <= AFFORDABLE
+    assert found.stricter is not None
+    steps = [float(f"{step * np.median(values):.3g}") for step in LADDER]
+    assert steps.index(found.limit.value) == steps.index(found.stricter.value) + 1
+    assert found.stricter.trials is None or found.stricter.trials > AFFORDABLE
+    (best, other) = gate_proposals(
+        table_of({"a": np.ones(40), "b": np.full(40, 1.3), "uncorrected": np.full(40, 1e3)}), SCORE
+    ).gates
+    assert best.stricter is None  # the lowest limit is kept
+    assert (other.limit.value, other.stricter) == (1.5, None)  # 1.25 would not be
+
+
+def test_the_price_of_a_limit_in_words() -> None:
+    assert cost(ProposedLimit(2.0, 120, 40)) == (
+        "Passing takes 40 trials in half of the runs, 120 at most in 99 % of them"
+    )
+    assert cost(ProposedLimit(2.0, None, None)) == "Passing takes more than 5000 trials"
+
+
+def test_a_limit_has_three_figures_and_enough_trials_to_fail_too(rng: np.random.Generator) -> None:
+    (found,) = gate_proposals(table_of({"a": np.full(400, 0.123456), "uncorrected": np.ones(400)}), SCORE).gates
+    assert found.limit.value == 0.136
+    assert found.max_trials == max(found.limit.trials or 0, 2 * fewest_trials(found.test))

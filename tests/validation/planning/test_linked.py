@@ -7,15 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from scenarios.arrays import Array
 from scenarios.errors import InputError
 from sim.scenario import load
 from tests.calib import conftest as standard
 from tests.validation.bound.experiments import of_motion
 from validation.bound.bound import Bound
 from validation.bound.files import scenario_experiment
+from validation.bound.knowledge import PLACES
 from validation.bound.limit import Tilts
 from validation.comparison.engine import SerialEngine
-from validation.planning.linked import linked, shortest
+from validation.planning.linked import GUIDES, _carried, linked, shortest
 from validation.planning.manoeuvre import Leg
 from validation.planning.next_leg import next_legs
 from validation.planning.next_leg_summary import headline as after_words
@@ -104,3 +106,25 @@ def test_a_level_vehicle_s_plan_is_far_below_its_circles_and_is_flown_so() -> No
     assert found.confirmed.calibrator == "gyro_ml"
     assert found.confirmed.failures == 0
     assert found.confirmed.error == pytest.approx(found.error, rel=0.2)
+
+
+def matrix_at(values: Array, places: tuple[tuple[int, int], ...]) -> Array:
+    """The matrix with some entries, zero elsewhere."""
+    found = np.zeros((3, 3))
+    for value, place in zip(values, places, strict=True):
+        found[place] = value
+    return found
+
+
+@pytest.mark.parametrize("guide", GUIDES)
+def test_what_a_recording_tells_is_carried_to_the_entries_of_the_guide(guide: str) -> None:
+    """Of a symmetric S: entries across the diagonal stand for their mean, by the same square of their errors."""
+    rng = np.random.default_rng(1)
+    upper = tuple((i, j) for i in range(3) for j in range(i, 3))
+    before = np.cov(rng.normal(size=(9, 30)))
+    carried = _carried(before, guide)
+    offset, entries = rng.normal(size=3), rng.normal(size=len(PLACES[guide]))
+    S = matrix_at(entries, PLACES[guide])
+    S = S + S.T - np.diag(np.diag(S)) if guide == "norm" else (S + S.T) / 2
+    of_guide, symmetric = np.r_[offset, entries], np.r_[offset, [S[place] for place in upper]]
+    assert of_guide @ carried @ of_guide == pytest.approx(symmetric @ before @ symmetric)

@@ -19,6 +19,7 @@ from validation.planning.search import (
     THINNED,
     LegSelection,
     RouteSearch,
+    _route,
     _without_one,
     design_error,
     few,
@@ -199,13 +200,49 @@ def test_only_a_hold_of_less_than_half_a_second_is_dropped(auv: PlanningTask) ->
     assert _without_one(choice, 1e-9) is None
 
 
+def test_a_person_s_hold_and_a_push_are_long_enough(hand: PlanningTask) -> None:
+    """Three seconds and one push, the least there are, are not dropped however little they tell."""
+    quadrotor = PlanningTask.of("quadrotor", load("standard-full"), noise_std_nT=10.0)
+    for task, amount in ((hand, 3.0), (quadrotor, 1.0)):
+        legs = tuple(Leg(yaw, 15.0, 0.0, amount) for yaw in (0.0, 90.0, 180.0))
+        assert _without_one(LegSelection(task, legs, 60.0, 1.0), np.inf) is None
+
+
+def test_a_flight_begins_level_and_goes_the_shorter_way(auv: PlanningTask) -> None:
+    """Of two attitudes as far from level the first that is given; of others the nearer."""
+    for one in ([0.0, -15.0, 0.0], [0.0, 15.0, 0.0], [0.0, 0.0, -12.0], [0.0, 0.0, 12.0]):
+        angles = np.array([one, np.negative(one)])
+        np.testing.assert_array_equal(_route(auv, angles).angles_deg, angles)
+    far = np.array([[0.0, 20.0, 0.0], [0.0, -15.0, 0.0]])
+    np.testing.assert_array_equal(_route(auv, far).angles_deg, far[::-1])
+    np.testing.assert_array_equal(_route(auv, far, ordered=True).angles_deg, far)
+
+
+def test_a_route_is_the_sum_of_a_flight_with_the_least_and_units_of_its_legs(auv: PlanningTask) -> None:
+    """What is known before is in what no amount changes; a person's least is not counted twice."""
+    angles = np.array([[0.0, 15.0, 5.0], [90.0, -15.0, 0.0], [180.0, 0.0, -10.0]])
+    quadrotor = PlanningTask.of("quadrotor", load("standard-full", ["sampling.rate_hz=5"]), noise_std_nT=10.0)
+    hand = PlanningTask.of(HAND, load("standard-full", ["sampling.rate_hz=5"]), noise_std_nT=10.0)
+    for task in (auv, quadrotor, hand):
+        known = np.eye(len(task.wanted))
+        amounts = task.manoeuvre.least + np.array([1.0, 2.0, 3.0])
+        phase = task.manoeuvre.phase([Leg.at(*leg) for leg in zip(angles, amounts, strict=True)])
+        for asked, more in ((task, 0.0), (task.going_on(known, 0.0), known)):
+            route = _route(asked, angles, ordered=True)
+            whole = route.legs.fixed + np.tensordot(amounts, route.legs.each, 1) - more
+            assert route.moving_s + amounts.sum() * route.legs.unit_s == pytest.approx(phase.duration_s, abs=0.11)
+            flown = task.information(phase, 0.0, phase.duration_s)
+            np.testing.assert_allclose(whole, flown, atol=0.03 * np.abs(flown).max())
+
+
 def test_the_remaining_time_is_filled_where_that_is_better() -> None:
     """Pushes are whole: what is left of the time goes into longer ones."""
     task = PlanningTask.of("quadrotor", load("standard-full"), noise_std_nT=10.0)
     time_s = 205.0
     found = RouteSearch(task, time_s, (6,)).best(time_s)
     filled = found.filled
-    assert found.phase.duration_s < time_s - 1.0
+    a_push_s = 4.0 * 1.5
+    assert time_s - a_push_s <= found.phase.duration_s < time_s - 1.0  # no leg is flown once more in what is left
     assert filled.phase.duration_s == pytest.approx(time_s, abs=0.1)
     assert filled.error < found.error
     assert filled.legs == found.legs
