@@ -44,8 +44,10 @@ class DeTurntable(Calibrator):
     Observability: to first order, with horizontal field H, vertical field V and azimuth p of the turn,
     dz = H (dc1 cos p + dc2 sin p),  d|h| = V H / F ((da1 + dc1) cos p + (db2 + dc2) sin p) + H^2 / F db1 cos p sin p:
     c1 and c2 come from z, the sums a1 + c1 and b2 + c2 and the entry b1 from the total alone. Covariance: linearised,
-    with the correlation V / F between the noise of z and of the total; `weakest_...`: the worst unit combination of the
-    five and its standard deviation, from the singular values of the Jacobian.
+    with the correlation V / F between the noise of z and of the total. A lean of the stops scatters z and not the
+    total: the covariance takes the excess for noise of z alone, and stops that are clearly not level are refused.
+    `weakest_...`: the worst unit combination of the five and its standard deviation, from the singular values of the
+    Jacobian.
     """
 
     name: ClassVar[str] = "de_turntable"
@@ -120,7 +122,7 @@ def observability(normal: Array, covariance: Array) -> dict[str, float]:
 
 
 def _status(left: Residuals, covariance: Array, noise: float, strength_nT: float) -> Status:
-    return _misfit(left, strength_nT) or _loose(covariance) or _settled(left, noise)
+    return _misfit(left, strength_nT) or _leaning(left, strength_nT) or _loose(covariance) or _settled(left, noise)
 
 
 def _misfit(left: Residuals, strength_nT: float) -> Status | None:
@@ -133,6 +135,19 @@ def _misfit(left: Residuals, strength_nT: float) -> Status | None:
         f"the corrected total still varies by {figure(total * strength_nT)} nT rms where z varies by "
         f"{figure(vertical * strength_nT)} nT, so there are offsets or unequal scales, which a turn about the "
         "vertical alone cannot sort out",
+    )
+
+
+def _leaning(left: Residuals, strength_nT: float) -> Status | None:
+    """Unobservable when z scatters by much more than the total: the stops lean, each by another angle."""
+    if left.lean == 0.0:
+        return None
+    of_z_nT, of_length_nT = (strength_nT * scatter for scatter in left.scatter)
+    return Status(
+        "unobservable",
+        f"the stops are not level: z scatters by {figure(of_z_nT)} nT where the total scatters by "
+        f"{figure(of_length_nT)} nT, a lean of {figure(np.degrees(left.lean), 2)} degrees rms, which this method takes "
+        "for the sensor's own axes: level each stop, or use a method that takes the attitude (vector_least_squares)",
     )
 
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import fdtri
 
+from calib.numerics.colour import inflation
 from calib.numerics.kernels import fast_kernel
 from scenarios.arrays import Array
 
@@ -14,6 +16,13 @@ PLACES = ((0, 2), (1, 0), (1, 2), (2, 0), (2, 1))
 """Where in A each of the five stands."""
 ROUNDING = 1e-7
 """Residual that rounding alone gives, as a fraction of the field."""
+PER_VERTICAL, PER_LENGTH = 3, 3
+"""Parameters that each residual alone determines: c1, c2 and the mean of z; a1 + c1, b2 + c2 and b1."""
+LEANING, LEVEL_CHANCE = 2.0, 1e-4
+"""Not level: z scatters by this factor more than the length, as axes of unequal noise do not, and by more than level
+stops do with this chance, which for twelve stops is a factor of 5.6."""
+SCATTER_CHANCE = 0.05
+"""The share of level recordings whose claim has a lean in it."""
 
 
 def axes_matrix(theta: Array) -> Array:
@@ -124,15 +133,45 @@ class Residuals:
         """J^T residual (5,)."""
         return np.asarray(self.d_vertical.T @ self.vertical + self.d_length.T @ self.length)
 
+    @property
+    def scatter(self) -> tuple[float, float]:
+        """Standard deviations of the noise of z, lean of the stops included, and of the length, in parts of F."""
+        n = len(self.vertical)
+        of_z = float(self.vertical @ self.vertical) / (n - PER_VERTICAL)
+        of_length = float(self.length @ self.length) / (self.free - n - PER_LENGTH + 1)
+        return float(np.sqrt(of_z)), float(np.sqrt(max(of_length, ROUNDING**2)))
+
+    def excess(self, chance: float) -> float:
+        """Variance of z beyond that of the length, in parts of F^2; 0 for less than level stops have with a chance.
+
+        F test of the two variances: a lean of the level stops turns the field in z and keeps its length.
+        """
+        of_z, of_length = self.scatter
+        rows = len(self.vertical) / inflation(self.length)
+        limit = float(fdtri(max(rows - PER_VERTICAL, 1.0), max(rows - PER_LENGTH - 1, 1.0), 1.0 - chance))
+        return of_z**2 - of_length**2 if of_z**2 > limit * of_length**2 else 0.0
+
+    @property
+    def lean(self) -> float:
+        """Rms lean of the stops towards the horizontal field, radians; 0 where z tells of none."""
+        of_z, of_length = self.scatter
+        seen = self.excess(LEVEL_CHANCE) if of_z > LEANING * of_length else 0.0
+        return float(np.sqrt(seen / max(1.0 - self.share**2, ROUNDING)))
+
     def covariance(self) -> tuple[Array, float]:
         """Covariance (5, 5), and the noise.
 
         Residuals correlated by C = [[1, r], [r, 1]] in each sample:  cov = (J^T J)^-1 J^T C J (J^T J)^-1 noise^2,
-        E |residual|^2 = noise^2 (tr C - tr (J^T J)^-1 J^T C J)
+        E |residual|^2 = noise^2 (tr C - tr (J^T J)^-1 J^T C J). What z scatters beyond the length adds to C_zz alone.
         """
         normal, cross = self.normal, self.share * self.d_vertical.T @ self.d_length
         spread = np.linalg.solve(normal, normal + cross + cross.T)
         square = float(self.vertical @ self.vertical + self.length @ self.length)
         noise = float(np.sqrt(max(square / (self.free - float(np.trace(spread))), ROUNDING**2)))
+        leaning = self.excess(SCATTER_CHANCE)
+        if leaning:
+            noise = self.scatter[1]
         covariance = np.linalg.solve(normal, spread.T) * noise**2
+        aside = np.linalg.solve(normal, self.d_vertical.T)
+        covariance += leaning * aside @ aside.T
         return np.asarray((covariance + covariance.T) / 2), noise

@@ -121,6 +121,45 @@ def test_unequal_scales_are_told():
     assert "unequal scales" in status.reason
 
 
+def leaning_turn(lean_deg, *, n=12, seed=0, up_nT=UP_NT):
+    """Stops that lean by random angles about both horizontal axes, of the truth's axes, with 1 nT of noise."""
+    rng = np.random.default_rng(seed)
+    azimuth = 2 * np.pi * np.arange(n) / n
+    level = Rotation.from_euler("z", azimuth[:, None]).apply([LEVEL_NT, 0.0, up_nT])
+    h = Rotation.from_rotvec(np.radians(lean_deg) * rng.normal(size=(n, 3)) * [1.0, 1.0, 0.0]).apply(level)
+    return Recording(np.arange(float(n)), h @ axes_matrix(TRUTH).T + rng.normal(0.0, 1.0, h.shape))
+
+
+@pytest.mark.parametrize("n", [12, 60])
+def test_stops_that_lean_are_refused_and_level_stops_are_not(n):
+    """A lean of 0.05 degrees moves z by 30 nT; by equal noise of z and total the two cannot differ so much."""
+    kinds = {
+        lean_deg: [DeTurntable(most_wobble=1.0).fit(leaning_turn(lean_deg, n=n, seed=s), REFERENCE) for s in range(40)]
+        for lean_deg in (0.0, 0.05)
+    }
+    assert {fit.status.kind for fit in kinds[0.0]} == {"ok"}
+    assert {fit.status.kind for fit in kinds[0.05]} == {"unobservable"}
+    assert all("not level" in fit.status.reason for fit in kinds[0.05])
+    found = [float(fit.status.reason.split("a lean of ")[1].split(" ")[0]) for fit in kinds[0.05]]
+    assert np.sqrt(np.mean(np.square(found))) == pytest.approx(0.05, rel=0.15)
+
+
+def test_a_lean_too_small_to_be_told_is_in_the_claim():
+    """0.004 degrees move z by 2.4 nT, where the noise is 1 nT."""
+    fits = [DeTurntable().fit(leaning_turn(0.004, seed=s), REFERENCE) for s in range(60)]
+    error = np.array([five(fit) - TRUTH for fit in fits if fit.status.kind == "ok"])
+    claimed = np.mean([np.diag(fit.covariance) for fit in fits if fit.status.kind == "ok"], axis=0)
+    assert len(error) > 40
+    assert np.sqrt((error**2).mean(axis=0) / claimed).max() < 1.4
+
+
+def test_a_noisier_axis_is_no_lean():
+    for seed in range(20):
+        noise = np.random.default_rng(seed).normal(size=(600, 3)) * [1.0, 1.0, 1.6]
+        noisy = turn(600)
+        assert DeTurntable().fit(replace(noisy, mag_nT=noisy.mag_nT + noise), REFERENCE).status.kind == "ok"
+
+
 def test_a_free_motion_is_not_applicable(standard):
     status = DeTurntable().fit(standard.recording("auv", 0), standard.REFERENCE).status
     assert status.kind == "not_applicable"
