@@ -172,7 +172,7 @@ def rank(N: Array) -> int:
     """Number of coefficient combinations determined by an information matrix (k, k)."""
     size = _coefficient_scale(N)
     values = np.linalg.eigvalsh(N / np.outer(size, size))
-    return int(np.count_nonzero(values > OPEN * max(float(values.max(initial=0.0)), 1e-300))) if N.any() else 0
+    return int(np.count_nonzero(values > OPEN * values.max()))
 
 
 def _root(N: Array, size: Array) -> Array:

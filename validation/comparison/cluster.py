@@ -135,7 +135,7 @@ class _Connection(Generic[Item, Result]):
             raise DisconnectedError
         if time.monotonic() - self._looked_s >= LOOK_S:
             try:
-                self._thread_count = sum(self.client.ncores().values())
+                self._thread_count: int = sum(self.client.ncores().values())
             except Exception as error:
                 raise DisconnectedError from error
             self._looked_s = time.monotonic()

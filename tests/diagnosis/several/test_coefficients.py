@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.stats import chi2, f
 
 from diagnosis.several.coefficients import (
     CoefficientEstimate,
@@ -143,6 +144,7 @@ def test_what_a_factor_explains_is_the_likelihood_ratio_of_a_fit_over_its_inflat
     assert CoefficientEstimate(N, g).scaled_gain(c) == pytest.approx(nats)
     assert CoefficientEstimate(N, g).scaled_gain(-c) == 0.0
     assert CoefficientEstimate(0.0 * N, g).scaled_gain(c) == 0.0
+    assert CoefficientEstimate(N / 1e4, g / 1e4).scaled_gain(c) == pytest.approx(nats / 1e4)
     wide = CoefficientEstimate(N, g, np.linalg.cholesky(N).T, 4.0 * np.eye(2))
     assert wide.scaled_gain(c) == pytest.approx(nats / 4)
     assert wide.inflation(c) == pytest.approx(4.0)
@@ -174,3 +176,26 @@ def test_a_scatter_of_the_parts_widens_and_none_does_not_narrow() -> None:
     assert one.covariance == pytest.approx(4.0 / 8.0)
     (still,) = with_scatter([same], [1.5])
     assert still.spread == pytest.approx(1.5)
+
+
+def test_a_root_without_a_spread_states_no_other_error() -> None:
+    one = drawn(np.random.default_rng(10), TRUE)[0]
+    rooted = replace(one, R=np.linalg.cholesky(one.N).T)
+    assert rooted.inflation(TRUE) == 1.0
+    assert rooted.covariance == pytest.approx(one.covariance)
+    assert agreement([rooted, one], 0.0).chi2 == pytest.approx(agreement([one, one], 0.0).chi2, abs=1e-9)
+
+
+def test_coefficients_that_differ_are_pooled_with_the_error_of_their_scatter() -> None:
+    """Two of one column, known to 1/2 each and 3 apart: Q = 2 (1.5 / 0.5)^2, 18 times the variance of the mean."""
+    apart = [CoefficientEstimate(np.array([[4.0]]), np.array([4.0 * c])) for c in (1.0, 4.0)]
+    found = agreement(apart, 0.0)
+    assert (found.c, found.degrees) == (pytest.approx(2.5), 1)
+    assert found.chi2 == pytest.approx(18.0)
+    assert found.covariance == pytest.approx(18.0 / 8.0)
+    assert found.p == pytest.approx(chi2.sf(18.0, 1))
+    assert agreement(apart, 0.0, known=6).p == pytest.approx(f.sf(18.0, 1, 6))
+    # an error of form of a half of 2.5 in each adds 1.25^2 to 1/4
+    lenient = agreement(apart, 0.5)
+    assert lenient.chi2 == pytest.approx(2 * 1.5**2 / (0.25 + 1.25**2))
+    assert lenient.covariance == pytest.approx(18.0 / 8.0)  # without the error of form

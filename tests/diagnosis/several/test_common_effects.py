@@ -22,6 +22,7 @@ from diagnosis.several.common_effects import (
     common_fitted_effect,
     common_iron_changes,
     common_value_effects,
+    single_effect,
     with_common_rivals,
 )
 from diagnosis.several.transfer import Presence
@@ -71,9 +72,15 @@ def test_iron_that_differs_to_either_side_is_no_name(offsets_nT, names) -> None:
     assert [one.name for one in common_iron_changes(each, problems)] == names
 
 
-@pytest.mark.parametrize(("along", "ratio"), [((13.0, 0.0), 1.3), ((5.0, 12.0), None), ((-10.0, 0.0), None)])
+@pytest.mark.parametrize(
+    ("along", "ratio"),
+    [((13.0, 0.0), 1.3), ((7.5, 6.6), 0.75), ((6.5, 7.6), None), ((5.0, 12.0), None), ((-10.0, 0.0), None)],
+)
 def test_a_size_is_held_against_the_others_where_its_course_is_theirs(along, ratio) -> None:
     first, second = (CoefficientEstimate(np.diag([10.0, 10.0]), np.array(g)) for g in ((10.0, 0.0), along))
+    """More than half of what it explains goes along the others' coefficients."""
+    assert _ratios([None, first, None]) == (None, None, None)
+    assert len(_ratios([first, None, second])) == 3
     found = _ratios([first, second])[1]
     assert (None if found is None else round(found[0], 9)) == ratio
 
@@ -134,6 +141,9 @@ def test_iron_is_the_same_within_its_error_beside_what_is_left(several, transfer
     found = common_iron_changes(several, [RISES] * len(several))
     assert [one.transfer for one in found] == ([] if transfer is None else [transfer])
     assert all(one.named.nats == sum(iron.evidence.nats for each in several for iron in each) for one in found)
+    assert all(one.named.strength == 1.0 for one in found)
+    sizes = [[np.linalg.norm(own.effect.offset_nT) for own in one.each if own] for one in found]  # type: ignore[attr-defined]
+    assert sizes == [pytest.approx([iron.evidence.coefficients[0] for each in several for iron in each])] * len(found)
 
 
 def test_iron_is_mistaken_for_what_it_is_in_every_recording() -> None:
@@ -161,6 +171,34 @@ def test_noise_is_the_same_where_its_sizes_are_alike(stds_nT, transfer) -> None:
     found = common_value_effects(several, STANDARD)
     assert [one.transfer for one in found] == ([] if transfer is None else [transfer])
     assert all(one.named.effect == WhiteNoise(std_nT=(1.2,) * 3) for one in found)
+    assert all((one.chi2, one.degrees, one.p, one.ratios) == (None, 0, None, ()) for one in found)
+
+
+def test_what_one_recording_names_is_a_single_run_s_however_its_coefficients_agree() -> None:
+    own = CoefficientEstimate(np.eye(3), np.array([900.0, 200.0, 400.0]))
+    in_recording = SimpleNamespace(held_out_gain=60.0, inflation=2.0, strength=0.5)
+    pooled = SimpleNamespace(
+        candidate=Candidate(HardIronDrift), in_recordings=(None, in_recording), estimates=(None, own)
+    )
+    there = (Presence.NOT_RECORDED, Presence.PRESENT)
+    finding: Any = SimpleNamespace(
+        pooled=pooled, agreement=agreement([own], 0.0), nats=90.0, transfer=None, presence=there
+    )
+    one = single_effect(finding, (COMES_BACK, RISES))
+    assert (one.name, one.transfer, one.several) == ("hard_iron_drift", Transfer.SINGLE_RUN, False)
+    assert (one.named.strength, one.named.nats, one.presence) == (0.0, 90.0, there)
+    assert (one.chi2, one.degrees, one.p) == (0.0, 0, 1.0)
+    assert one.named.effect == DRIFT.effect
+    shown = common_fitted_effect(
+        SimpleNamespace(
+            finding=SimpleNamespace(**vars(finding) | {"transfer": Transfer.SOME}),
+            alternatives=("scale",),
+            strength=0.5,
+        ),  # type: ignore[arg-type]
+        (COMES_BACK, RISES),
+    )
+    assert shown.several
+    assert (shown.named.alternatives, shown.named.strength) == (("scale",), 0.5)
 
 
 @pytest.mark.parametrize(("more", "count"), [(-0.5, 0), (0.5, 1)])

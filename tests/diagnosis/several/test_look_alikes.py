@@ -182,3 +182,10 @@ def test_the_strength_of_a_lot_is_that_of_the_recordings_with_the_effect() -> No
     assert strength(here, here, unasked) == pytest.approx(12.5**0.5)
     assert strength(here, absent, unasked) == pytest.approx(3.0)
     assert strength(absent, Presence.UNDECIDED, unasked) == pytest.approx(12.5**0.5)
+
+
+def test_an_effect_has_no_strength_beyond_those_that_show_it() -> None:
+    """A recording that is not asked has none to give."""
+    pooled: Any = SimpleNamespace(in_recordings=(None, SimpleNamespace(strength=2.0)), tested=())
+    finding: Any = SimpleNamespace(pooled=pooled, presence=(Presence.PRESENT, Presence.PRESENT))
+    assert PooledEffect(finding, ()).strength == 2.0

@@ -14,18 +14,23 @@ from diagnosis.policy import STANDARD
 from diagnosis.result import EvidenceKind, GapSize, Transfer
 from diagnosis.several import look_alikes as alike
 from diagnosis.several import selection
+from diagnosis.several.coefficients import CoefficientEstimate
 from diagnosis.several.look_alikes import look_alikes
 from diagnosis.several.pooled_test import PooledCandidate, columns_in
 from diagnosis.several.selection import (
     _along_the_field,
     _best_candidate,
+    _common_alternatives,
+    _explains_gap,
     _finding,
     _is_form_of_accepted,
     _is_supported,
+    _largest_surrogate_gain,
+    _settings,
     _with_alternatives,
 )
 from diagnosis.several.transfer import Presence
-from diagnosis.several.verdict_rules import PooledVerdict, _small_share_doubt, joint_gap
+from diagnosis.several.verdict_rules import PooledVerdict, _predicted_coefficients, _small_share_doubt, joint_gap
 from diagnosis.verdict import Verdict
 from sim.effects import EFFECTS
 from sim.effects.base import Effect
@@ -276,3 +281,87 @@ def test_a_share_is_of_the_recordings_with_a_gap() -> None:
     whole = joint_gap([GAP, replace(OPEN, after_sigma=3.0)])
     assert whole.explained == pytest.approx((10.0**2 - 2.0**2) / (10.0**2 - 1))
     assert joint_gap([OPEN]).explained is None
+
+
+def test_a_joint_gap_weighs_all_recordings_alike_and_explains_at_most_all() -> None:
+    other = GapSize(10.0, 5.0, 3.0, 0.5, 1.0)
+    whole = joint_gap([GAP, other])
+    sizes = (whole.before_nT, whole.before_sigma, whole.after_nT, whole.after_sigma)
+    assert sizes == pytest.approx((250**0.5, 62.5**0.5, 12.5**0.5, 2.125**0.5))
+    assert whole.explained == pytest.approx((96.0 + 24.75) / (99.0 + 24.0))
+    assert joint_gap([replace(other, after_sigma=0.0)]).explained == 1.0
+
+
+def test_the_others_coefficients_are_those_of_recordings_that_do_not_lack_the_effect() -> None:
+    one, two, four = (CoefficientEstimate(np.eye(1), np.array([c])) for c in (1.0, 2.0, 4.0))
+    there = (Presence.PRESENT, Presence.ABSENT, Presence.UNDECIDED, Presence.NOT_RECORDED)
+    finding: Any = SimpleNamespace(pooled=SimpleNamespace(estimates=(one, two, four, None)), presence=there)
+    assert _predicted_coefficients(finding, 0) == pytest.approx([4.0])
+    assert _predicted_coefficients(finding, 2) == pytest.approx([1.0])
+
+
+def test_surrogates_are_shifted_alike_in_every_recording_and_the_largest_gain_counts() -> None:
+    """Products of one column and its target: the other's coefficient g / N explains ``c g - c^2 N / 2``."""
+
+    def shifted(*scores: float) -> Any:
+        return SimpleNamespace(surrogates=[np.array([[1.0, g], [g, 9.0]]) for g in scores], inflation=2.0)
+
+    pooled: Any = SimpleNamespace(tested=[shifted(1.0, 3.0, -4.0), shifted(1.0, 2.0, 4.0)])
+    # over two: (3, 2) explain 2 * 3 - 2 + 3 * 2 - 4.5 = 5.5 of unit information
+    assert _largest_surrogate_gain(pooled) == pytest.approx(5.5 / 2)
+
+
+def test_settings_are_those_that_a_recording_accepts_else_the_best_that_it_tried() -> None:
+    """Each once; an event of one run is no setting of a lot."""
+
+    def evidence(name: str, setting: object, *, one_run: bool = False) -> Any:
+        candidate = SimpleNamespace(one_run=one_run, setting=setting)
+        return SimpleNamespace(name=name, candidate=candidate)
+
+    drift, tone, other, again, jump = (
+        *(evidence("drift", 1), evidence("tone", 2), evidence("tone", 3), evidence("drift", 4)),
+        evidence("jump", 5, one_run=True),
+    )
+
+    def told(own: tuple[Any, ...], tried: tuple[Any, ...]) -> Any:
+        selection = SimpleNamespace(results=[SimpleNamespace(evidence=one) for one in tried])
+        return SimpleNamespace(
+            own_effects=[SimpleNamespace(evidence=one) for one in own],
+            examination=SimpleNamespace(conclusion=SimpleNamespace(selection=selection)),
+        )
+
+    found = _settings([told((tone,), (drift, other, jump)), told((tone, other), (drift, again, tone))])
+    assert found["tone"] == [tone.candidate, other.candidate]
+    assert found["drift"] == [drift.candidate, again.candidate]
+    assert "jump" not in found or found["jump"] == []
+
+
+def test_a_share_of_the_gap_is_of_the_recordings_with_the_effect() -> None:
+    """On average a share; none where none has it."""
+
+    def fitted(squares: float) -> Any:
+        target = SimpleNamespace(size=100)
+        return SimpleNamespace(squares=squares, problem=SimpleNamespace(target=target))
+
+    def explains(*shares: float, there: tuple[Presence, ...]) -> bool:
+        problem = SimpleNamespace(policy=STANDARD)
+        before: Any = [SimpleNamespace(start=fitted(1100.0), baseline=fitted(900.0), problem=problem) for _ in shares]
+        after: Any = [SimpleNamespace(baseline=fitted(900.0 - 1000.0 * share)) for share in shares]
+        return bool(_explains_gap(SimpleNamespace(presence=there), before, after))  # type: ignore[arg-type]
+
+    trace = STANDARD.trace
+    assert explains(0.5 * trace, 1.6 * trace, there=(Presence.PRESENT,) * 2)
+    assert not explains(0.5 * trace, 1.4 * trace, there=(Presence.PRESENT,) * 2)
+    assert not explains(0.5 * trace, 9.0 * trace, there=(Presence.PRESENT, Presence.ABSENT))
+    assert not explains(0.5, 0.5, there=(Presence.UNDECIDED,) * 2)
+
+
+def test_look_alikes_of_what_differs_are_those_that_every_recording_with_the_name_lists() -> None:
+    def told(**own: tuple[str, ...]) -> Any:
+        effects = [SimpleNamespace(name=name, alternatives=listed) for name, listed in own.items()]
+        return SimpleNamespace(own_effects=effects)
+
+    recordings = [told(tone=("a", "b", "c")), told(tone=("c", "a"), drift=("x",)), told()]
+    assert _common_alternatives("tone", recordings) == ["a", "c"]
+    assert _common_alternatives("drift", recordings) == ["x"]
+    assert _common_alternatives("scale", recordings) == []
