@@ -55,7 +55,8 @@ def _entry(file: Path, run: int) -> FileRun:
 def _write(path: Path, file: Path, entry: FileRun) -> None:
     """Write the rows of a run, without the column of its number, under the metadata of a run alone."""
     with parquet_errors_about(file):
-        table = pq.read_table(file, filters=[(RUN.name, "=", entry.run)]).drop_columns([RUN.name])
+        wanted = [(RUN.name, "=", entry.run)]
+        table = pq.read_table(file, filters=wanted, page_checksum_verification=True).drop_columns([RUN.name])
     own: dict[str, Any] = json.loads(table.schema.metadata[METADATA_KEY.encode()])
     own |= {"run": entry.run, "parameters": entry.parameters.model_dump(exclude_unset=True)}
     with RunWriter(path, table.schema, own) as writer:

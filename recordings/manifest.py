@@ -12,6 +12,7 @@ from pydantic import ConfigDict, NonNegativeInt, PositiveInt, TypeAdapter
 from pydantic.dataclasses import dataclass
 
 from recordings.columns import Column
+from recordings.files import sha256_of
 from recordings.joined_runs import separate_run
 from recordings.layout import DATA, DatasetLayout
 from recordings.metadata import FORMAT, RunFile
@@ -106,7 +107,7 @@ def file_of(path: Path, run: int) -> Path:
     """Return the file that a user names: `path` itself, or a run of the dataset in the directory `path`.
 
     Of a file that runs share the run is taken out, see `separate_run`.
-    Raises InputError for a run that the dataset lacks.
+    Raises InputError for a run that the dataset lacks, and for a file that differs from the SHA-256 in the manifest.
     """
     if not is_dataset(path):
         return path
@@ -115,7 +116,12 @@ def file_of(path: Path, run: int) -> Path:
     if not 0 <= run < runs:
         do = f"it has runs 0 to {runs - 1}" if runs > 1 else "it has run 0 alone" if runs else "it is empty"
         raise InputError(f"has no run {run}", where=str(path), do=do)
-    file = path / manifest.layout.file_of(run).path
+    listed = manifest.layout.file_of(run).path
+    file = path / listed
     if not file.exists():
         raise InputError(f"run {run} is not there yet", where=str(path), do="repeat the `simulate` command: it resumes")
+    sha256 = next((one.sha256 for one in manifest.files if one.path == listed), None)
+    if sha256 is not None and sha256_of(file) != sha256:
+        do = "repeat the `simulate` command: the file is made anew"
+        raise InputError(f"differs from its SHA-256 in {MANIFEST}", where=str(file), do=do)
     return separate_run(file, run) if manifest.runs_per_file > 1 else file

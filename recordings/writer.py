@@ -113,6 +113,7 @@ class RunWriter:
             use_byte_stream_split=self._floats,
             use_dictionary=[name for name in self._schema.names if name not in self._floats],
             write_statistics=[name for name in (RUN.name, "time_s") if name in self._schema.names],
+            write_page_checksum=True,
         )
 
     def _check(self, block: Mapping[str, NDArray[Any]]) -> None:

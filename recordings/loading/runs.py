@@ -8,7 +8,7 @@ from functools import cached_property, lru_cache
 from typing import Any, overload
 
 import numpy as np
-import pyarrow.parquet as pq
+import pyarrow as pa
 from numpy.typing import NDArray
 
 from recordings.description.runs import FIXED, RUNS, flattened
@@ -16,12 +16,13 @@ from recordings.loading.rows import Rows, RunPlace, check_file, file_rows, rows_
 from recordings.loading.windows import WindowSet
 from recordings.manifest import MANIFEST, Manifest, read_manifest
 from recordings.metadata import RunFile, file_runs
-from recordings.readers import parquet_errors_about
-from recordings.url_path import Place, arrow_source
+from recordings.readers import verified_table
+from recordings.url_path import Place
 from scenarios.errors import InputError
 from scenarios.seeds import stream
 
 PHASE = "phase"
+ANEW = "repeat the `simulate` command: it writes the table anew"
 Parameter = float | str | bool | None
 
 
@@ -139,7 +140,10 @@ class RunSet:
 
     def _parameters_of(self, place: RunPlace) -> dict[str, Parameter]:
         check_file(place)
-        return _parameters(place.file, place.run if self.manifest.runs_per_file == 1 else None)[place.run]
+        held = _parameters(place.file, place.run if self.manifest.runs_per_file == 1 else None)
+        if place.run not in held:
+            raise InputError(f"holds no run {place.run}", where=str(place.file), do=ANEW)
+        return held[place.run]
 
 
 def load_dataset(path: Place, columns: Sequence[str] | None = None, *, check: bool = True) -> RunSet:
@@ -166,18 +170,36 @@ def _places(path: Place, manifest: Manifest, sha256: Mapping[str, str | None]) -
         for file in manifest.files:
             yield RunPlace(file.run, path / file.path, 0, file.rows, sha256[file.path])
         return
-    with parquet_errors_about(path / RUNS), arrow_source(path / RUNS) as source:
-        table = pq.read_table(source, columns=["run", "file", "rows"], page_checksum_verification=True)
-    held = (table.column(name).to_pylist() for name in table.column_names)
     first, last, there = 0, "", path
-    for run, listed, rows in zip(*held, strict=True):
-        if listed not in sha256:
-            do = "repeat the `simulate` command: it writes the table anew"
-            raise InputError(f"names {listed!r}, which {MANIFEST} does not list", where=str(path / RUNS), do=do)
+    for run, listed, rows in _listed(path / RUNS, manifest):
         if listed != last:
             first, last, there = 0, listed, path / listed
         yield RunPlace(run, there, first, rows, sha256[listed])
         first += rows
+
+
+def _listed(table: Place, manifest: Manifest) -> list[tuple[int, str, int]]:
+    """Return number, file and samples of each run by the table of runs; InputError where the manifest has others."""
+    held = (_table(table, ["run", "file", "rows"]).column(name).to_pylist() for name in ("run", "file", "rows"))
+    found = list(zip(*held, strict=True))
+    files = {file.path: file.rows for file in manifest.files}
+    samples = dict.fromkeys(files, 0)
+    for _, file, rows in found:
+        samples[file] = samples.get(file, 0) + rows
+    whole = sorted(run for run, _, _ in found) == list(range(manifest.runs)) and all(rows > 0 for *_, rows in found)
+    if samples != files or not whole:
+        raise InputError(f"lists other runs than {MANIFEST}", where=str(table), do=ANEW)
+    return found
+
+
+def _table(path: Place, columns: Sequence[str] | None = None) -> pa.Table:
+    """Return the table of runs; InputError for a damaged one, and for columns of other types."""
+    table = verified_table(path, columns)
+    for name in ("run", "file", "rows"):
+        field = table.schema.field(name) if name in table.column_names else None
+        if field is None or field.type != FIXED[name][0] or table.column(name).null_count:
+            raise InputError(f"has no column {name} of {FIXED[name][0]}", where=str(path), do=ANEW)
+    return table
 
 
 @lru_cache(4)
@@ -189,8 +211,7 @@ def _parameters(file: Place, run: int | None) -> dict[int, dict[str, Parameter]]
 
 def _tabled(path: Place, runs: NDArray[np.int64]) -> dict[str, NDArray[Any]]:
     """Return the parameters of some runs in the table of runs."""
-    with parquet_errors_about(path), arrow_source(path) as source:
-        table = pq.read_table(source, page_checksum_verification=True)
+    table = _table(path)
     order = np.argsort(table.column("run").to_numpy())
     rows = table.take(order[np.searchsorted(table.column("run").to_numpy()[order], runs)])
     return {name: rows.column(name).to_numpy() for name in rows.column_names if name not in FIXED}

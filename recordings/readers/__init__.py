@@ -12,7 +12,7 @@ from recordings.readers.iaga import IAGA
 from recordings.readers.imagcdf import IMAGCDF
 from recordings.readers.mat import MAT
 from recordings.readers.netcdf import NETCDF
-from recordings.readers.parquet import PARQUET, is_parquet, parquet_errors_about
+from recordings.readers.parquet import PARQUET, is_parquet, parquet_errors_about, verified_table
 from recordings.readers.phone import PHONE
 from recordings.readers.px4 import PX4
 from recordings.readers.ros import ROS
@@ -20,7 +20,7 @@ from recordings.readers.text import TEXT
 from recordings.readers.tlog import TELEMETRY_LOG
 from scenarios.errors import InputError
 
-__all__ = ["FORMATS", "FileContents", "FileFormat", "is_parquet", "load", "parquet_errors_about"]
+__all__ = ["FORMATS", "FileContents", "FileFormat", "is_parquet", "load", "parquet_errors_about", "verified_table"]
 
 FORMATS: tuple[FileFormat, ...] = (
     *(PARQUET, ARDUPILOT_LOG, ARDUPILOT_TEXT, TELEMETRY_LOG, PX4, ROS, BLACKBOX),

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from pathlib import Path
 
+from recordings.url_path import Place
 from scenarios.errors import InputError
 from scenarios.text import figure
 
@@ -43,7 +44,7 @@ def check_values(path: Path, values: int) -> None:
         raise InputError(what, where=str(path), do="give a part of the log, or fewer variables")
 
 
-def check_expansion(path: Path, declared: int) -> None:
+def check_expansion(path: Place, declared: int) -> None:
     """Raise InputError for a file whose content, in bytes as read, is out of proportion to the file's size."""
     if declared > most_expanded(path.stat().st_size):
         what = f"expands to {figure(declared / 1e6)} MB, more than {MOST_RATIO} times its size"

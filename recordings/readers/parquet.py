@@ -13,7 +13,7 @@ import pyarrow.parquet as pq
 from recordings.log_facts import FACTS, LOG_KEY
 from recordings.readers.base import FileContents, FileFormat, Wanted, file_head, stripped_names
 from recordings.readers.damage import check_expansion
-from recordings.url_path import UrlPath
+from recordings.url_path import Place, UrlPath, arrow_source
 from scenarios.errors import InputError
 from scenarios.files import validated
 
@@ -40,6 +40,27 @@ def parquet_errors_about(path: Path | UrlPath) -> Iterator[None]:
         raise InputError("is cut off or damaged Parquet", where=str(path), do=do) from error
 
 
+def verified_table(path: Place, columns: Sequence[str] | None = None) -> pa.Table:
+    """Return some or all columns of a Parquet file that magbench wrote, each page compared with its checksum.
+
+    Raises InputError for a missing or damaged file, a missing or repeated column, and content out of proportion.
+    """
+    with (
+        parquet_errors_about(path),
+        arrow_source(path) as source,
+        pq.ParquetFile(source, page_checksum_verification=True) as file,
+    ):
+        names = file.schema_arrow.names
+        wrong = next((name for name in (*names, *(columns or ())) if names.count(name) != 1), None)
+        if wrong is not None:
+            times = "twice" if wrong in names else "missing"
+            raise InputError(f"column {wrong} is {times}", where=str(path), do="give what magbench wrote")
+        check_expansion(path, table_bytes(file.metadata, frozenset(names if columns is None else columns)))
+        table = file.read(columns=None if columns is None else list(columns))
+        table.validate(full=True)
+    return table
+
+
 def _read(path: Path, wanted: Wanted, stream: str | None) -> FileContents:
     with parquet_errors_about(path), pq.ParquetFile(path) as file:
         names = file.schema_arrow.names
@@ -48,7 +69,8 @@ def _read(path: Path, wanted: Wanted, stream: str | None) -> FileContents:
         check_expansion(path, table_bytes(file.metadata, frozenset(chosen)))
         kept = (file.metadata.metadata or {}).get(LOG_KEY.encode())
         texts = text_columns(file.schema_arrow, chosen)
-    with parquet_errors_about(path), pq.ParquetFile(path, read_dictionary=list(texts)) as file:
+    how = {"read_dictionary": list(texts), "page_checksum_verification": True}
+    with parquet_errors_about(path), pq.ParquetFile(path, **how) as file:
         table = with_plain_texts(path, file.read(columns=chosen), texts)
         table.validate(full=True)  # cells that contradict their column's type would crash Arrow later
     table = table.rename_columns([stripped[name] for name in table.column_names])

@@ -100,9 +100,20 @@ def propose_gates(comparison: Path, file: Path) -> ProposalFiles:
         texts[file.parent / f"{compared.scenario.name}.toml"] = to_toml(compared.scenario)
     for path in texts:
         _check_absent(path, texts[path])
+    return ProposalFiles(tuple(texts), _written(file, texts), found.left_out)
+
+
+def _written(file: Path, texts: Mapping[Path, str]) -> tuple[str, ...]:
+    """Write the files and return the names of the gates; nothing new is left where the gate file is refused."""
+    new = [path for path in texts if not path.exists()]
     for path, text in texts.items():
         write_text(path, text)
-    return ProposalFiles(tuple(texts), tuple(gate.name for gate in load_gates(file).gate), found.left_out)
+    try:
+        return tuple(gate.name for gate in load_gates(file).gate)
+    except InputError:
+        for path in new:
+            path.unlink()
+        raise
 
 
 def _check_absent(path: Path, text: str) -> None:

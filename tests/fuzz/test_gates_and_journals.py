@@ -1,4 +1,4 @@
-"""Damaged gate files, and journals of comparisons: one line, or the same figures as those of the whole file."""
+"""Damaged gate files, and journals of comparisons: one line, or what the whole file gives."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import json
 import shutil
 from collections.abc import Callable
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 from hypothesis import strategies as st
@@ -15,6 +16,7 @@ from tests.fuzz.contract import amounts, fuzz, hold
 from tests.fuzz.material import scenario_in
 from tests.fuzz.tables import broken_bytes
 from tests.fuzz.test_scenarios import VALUES
+from tests.validation.gates.conftest import Scripted, row
 from validation.comparison.engine import SerialEngine
 from validation.comparison.journal import JOURNAL
 from validation.gates.gate_file import load_gates
@@ -28,11 +30,13 @@ name = "offset"
 scenario = "tiny.toml"
 calibrator = "sphere"
 score = "offset_error_nT"
-limit = 500.0
+limit = 500.5
 max_trials = 12
 set = ["seed=2"]
 """
 LINES = GATE.splitlines()
+SCORE = 500.0
+"""What every trial of a gate is told to have given."""
 
 
 @pytest.fixture(autouse=True)
@@ -80,9 +84,11 @@ def test_journals(tmp_path: Path, times: int) -> None:
 
 
 @amounts
-def test_gate_files(tmp_path: Path, times: int) -> None:
+def test_gate_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, times: int) -> None:
+    """Refused before any trial, or decided by scores told beforehand: nothing passes above its limit."""
     scenario_in(tmp_path)
-    file = tmp_path / "gates.toml"
+    file, told = tmp_path / "gates.toml", [row("sphere", SCORE)]
+    monkeypatch.setattr("validation.comparison.engine.ProcessEngine", lambda jobs: Scripted(lambda group, run: told))
 
     def check(case: tuple[tuple[int, str], ...]) -> None:
         lines = list(LINES)
@@ -90,15 +96,22 @@ def test_gate_files(tmp_path: Path, times: int) -> None:
             key, equals, _ = lines[at % len(lines)].partition(" = ")
             lines[at % len(lines)] = f"{key} = {value}" if equals else value
         file.write_text("\n".join(lines))
-        if refused(file):
-            assert hold(tmp_path / "out", "gate", str(file), "-o", str(tmp_path / "out"), "--json") == 2
+        refused = is_refused(file)
+        out = tmp_path / "out"
+        shutil.rmtree(out, ignore_errors=True)
+        status = hold(out, "gate", str(file), "-o", str(out), "--json")
+        assert status == 2 or not refused
+        if status != 2:
+            decided = json.loads((out / "gates.json").read_text())["gates"]
+            assert all(one["measured"] <= one["limit"] for one in decided if one["verdict"] == "pass")
+            ElementTree.parse(out / "junit.xml")
 
-    changes = st.tuples(st.integers(0, 20), st.sampled_from(VALUES))
+    changes = st.tuples(st.integers(0, 20), st.sampled_from((*VALUES, "499.0", '"heading_rms_deg"', "500.1")))
     fuzz(st.lists(changes, min_size=1, max_size=3).map(tuple), check, GATES, times)
 
 
-def refused(file: Path) -> bool:
-    """Whether a gate file is refused in one line; one that is not would run its trials."""
+def is_refused(file: Path) -> bool:
+    """Whether a gate file is refused, in one line."""
     try:
         load_gates(file)
     except InputError as error:

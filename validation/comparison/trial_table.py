@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -15,7 +15,7 @@ import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from recordings.files import atomic_write, system_errors_about
-from recordings.readers import parquet_errors_about
+from recordings.readers import verified_table
 from scenarios.arrays import Array
 from scenarios.errors import InputError
 from scenarios.sweep import Value
@@ -25,8 +25,12 @@ from validation.scoring.definitions import SCORE_DEFINITIONS, score_definition
 from validation.scoring.evaluation import UNCORRECTED
 
 TRIALS, TIMINGS = "trials.parquet", "timings.parquet"
-KEYS = ("point", "run", "seed", "calibrator", "status", "reason")
+KINDS = {name: pa.int64() for name in ("point", "run", "seed")} | {
+    name: pa.string() for name in ("calibrator", "status", "reason")
+}
+KEYS = tuple(KINDS)
 TIMES = ("wall_s", "cpu_s")
+WRITTEN = "give what `magbench compare` wrote"
 COLUMNS = tuple(meaning.column for meaning in SCORE_DEFINITIONS.values())
 """Columns of all scores, in the order of the definitions."""
 
@@ -54,17 +58,15 @@ class TrialTable:
     def read(cls, path: Path) -> TrialTable:
         """Read the table of an output directory or a trials.parquet; times are empty without timings.parquet.
 
-        Raises InputError for a file without the key columns.
+        Raises InputError for a damaged file, and for columns that no comparison writes.
         """
         file = path / TRIALS if path.is_dir() else path
-        with parquet_errors_about(file):
-            found = pq.read_table(file)
-        missing = [name for name in KEYS if name not in found.column_names]
-        if missing:
-            do = "give what `magbench compare` wrote"
-            raise InputError(f"there is no column {missing[0]}", where=str(file), do=do)
+        found = verified_table(file)
+        _check(file, found, KINDS | {name: pa.float64() for name in COLUMNS if name in found.column_names})
+        _check_rows(file, found)
         timings = file.with_name(TIMINGS)
-        times = pq.read_table(timings, columns=list(TIMES)) if timings.exists() else pa.table({})
+        times = verified_table(timings, TIMES) if timings.exists() else pa.table({})
+        _check(timings, times, {name: pa.float64() for name in times.column_names})
         return cls(found, {name: times.column(name).to_numpy() for name in times.column_names})
 
     def write(self, out: Path) -> None:
@@ -75,7 +77,7 @@ class TrialTable:
             timings = timings.append_column(name, pa.array(values))
         for name, table in ((TIMINGS, timings), (TRIALS, self.columns)):
             with atomic_write(out / name) as part, system_errors_about(out / name):
-                pq.write_table(table, part, compression="zstd")
+                pq.write_table(table, part, compression="zstd", write_page_checksum=True)
 
     @cached_property
     def calibrators(self) -> tuple[str, ...]:
@@ -151,6 +153,30 @@ class TrialTable:
     @cached_property
     def _arrays(self) -> dict[str, NDArray[Any]]:
         return {}
+
+
+def _check(file: Path, table: pa.Table, kinds: Mapping[str, pa.DataType]) -> None:
+    """Raise InputError for a missing column, another type, a key without value, and a figure that is not finite."""
+    for name, kind in kinds.items():
+        if name not in table.column_names:
+            raise InputError(f"there is no column {name}", where=str(file), do=WRITTEN)
+        column = table.column(name)
+        if column.type != kind or (name in KINDS and column.null_count):
+            raise InputError(f"column {name} is no {kind} of every row", where=str(file), do=WRITTEN)
+        if kind == pa.float64() and not np.isfinite(column.drop_null().to_numpy()).all():
+            raise InputError(f"column {name} holds what is not finite", where=str(file), do=WRITTEN)
+
+
+def _check_rows(file: Path, table: pa.Table) -> None:
+    """Raise InputError unless every trial has a row for each calibrator, always in the same order."""
+    names = table.column("calibrator").to_pylist()
+    each = list(dict.fromkeys(names))
+    trials = [table.column(key).to_numpy() for key in ("point", "run")]
+    width = max(len(each), 1)
+    if not names or names != each * (len(names) // width) or any((k[::width].repeat(width) != k).any() for k in trials):
+        raise InputError("does not hold a row for each calibrator and trial", where=str(file), do=WRITTEN)
+    if len(set(zip(*(key[::width].tolist() for key in trials), strict=True))) < len(names) // width:
+        raise InputError("holds a trial twice", where=str(file), do=WRITTEN)
 
 
 class _Columns:

@@ -102,7 +102,9 @@ class GateOutcome:
     @property
     def factor_seen(self) -> float:
         """Smallest detectable defect, as a factor on the measured scores; detected with the power of the gate."""
-        return factor_seen(self.values / self.plan.gate.factor, self.exceedance_seen)
+        with np.errstate(over="ignore"):  # of a limit next to zero
+            ratios = self.values / self.plan.gate.factor
+        return factor_seen(ratios, self.exceedance_seen)
 
     @property
     def smallest_seen(self) -> float:

@@ -6,12 +6,13 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import tomlkit
 
 from scenarios.errors import InputError
-from scenarios.files import parsed_json, read_text
+from scenarios.files import read_text
 from scenarios.names import scenario_names
 from sim.scenario import Scenario, load
 from validation.calibrating.invocation import Invocation
@@ -19,6 +20,7 @@ from validation.calibrating.processes import TIME_LIMIT_S
 from validation.comparison.design import FORMAT
 from validation.comparison.journal import COMPARISON, JOURNAL
 from validation.comparison.ranking import uncorrected_row
+from validation.comparison.sealed_lines import unsealed
 from validation.comparison.trial_table import TrialTable
 from validation.gates.gate_file import FALSE_FAIL_RATE
 from validation.gates.proposal import GateProposal, GateProposals, cost
@@ -47,11 +49,7 @@ class FinishedComparison:
         if len(table.points) > 1:
             what = f"compares at {len(table.points)} points of a sweep"
             raise InputError(what, where=str(out), do="give a comparison without --sweep: a gate holds one scenario")
-        text = read_text(out / JOURNAL, "give a directory that `magbench compare` wrote").partition("\n")[0]
-        first = parsed_json(text, str(out / JOURNAL), ANEW)
-        identity = first.get(COMPARISON, {}) if isinstance(first, dict) else {}
-        if identity.get("format") != FORMAT:
-            raise InputError("is of another version's comparison", where=str(out / JOURNAL), do=ANEW)
+        identity = _identity(out / JOURNAL)
         scenario = Scenario.model_validate_json(json.dumps(identity["points"][0]["scenario"]))
         invocations = {
             name: one["asked"] and Invocation.read(one["asked"]) for name, one in identity["calibrators"].items()
@@ -74,6 +72,18 @@ class FinishedComparison:
         name, at, sensor = row.partition("@")
         found = self.invocations[name] or Invocation(name)
         return replace(found, calibrator=found.calibrator + at + sensor)
+
+
+def _identity(journal: Path) -> dict[str, Any]:
+    """Return what a comparison's journal tells of its design; InputError unless the first line matches its checksum."""
+    text = read_text(journal, "give a directory that `magbench compare` wrote").partition("\n")[0]
+    first = unsealed(f"{text}\n".encode())
+    if first is None:
+        raise InputError("is no journal of a comparison, or its first line is damaged", where=str(journal), do=ANEW)
+    identity: dict[str, Any] = first.get(COMPARISON, {})
+    if identity.get("format") != FORMAT:
+        raise InputError("is of another version's comparison", where=str(journal), do=ANEW)
+    return identity
 
 
 def gates_toml(compared: FinishedComparison, found: GateProposals, score: ScoreDefinition) -> str:

@@ -12,7 +12,7 @@ import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from recordings.files import atomic_write, canonical_json, system_errors_about
-from recordings.readers import parquet_errors_about
+from recordings.readers import verified_table
 from scenarios.arrays import Array
 from scenarios.errors import InputError
 from scenarios.toml import as_dict
@@ -91,8 +91,7 @@ def _table(path: Path) -> pa.Table:
     """Return a baseline's rows; InputError for a file that is no baseline, or whose pages' checksums do not match."""
     if not path.is_file():
         raise InputError("no such file", where=str(path), do="write it with --write-baseline")
-    with parquet_errors_about(path):
-        table = pq.read_table(path, page_checksum_verification=True)
+    table = verified_table(path)
     if not table.schema.equals(COLUMNS):
         raise InputError("is no baseline", where=str(path), do=ANEW)
     return table

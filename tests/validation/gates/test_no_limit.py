@@ -30,3 +30,9 @@ def test_an_estimate_that_its_method_takes_back_exceeds_every_limit(groups_of: C
     loose, paired = decide_gates(groups, Scripted(lambda group, run: told))
     assert (loose.verdict, loose.failure) == ("fail", "unobservable: too level")
     assert (paired.verdict, paired.failure) == ("fail", NO_LIMIT)
+
+
+def test_a_limit_next_to_zero_fails_and_overflows_nothing(groups_of: Callable) -> None:  # type: ignore[type-arg]
+    groups = groups_of(gate_text("least", limit=5e-324, max_trials=60))
+    (outcome,) = decide_gates(groups, Scripted(lambda group, run: [row("ellipsoid", 1.0)]))
+    assert (outcome.verdict, outcome.factor_seen) == ("fail", 0.0)

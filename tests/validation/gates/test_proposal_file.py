@@ -20,6 +20,7 @@ from validation.calibrating.invocation import Invocation
 from validation.calibrating.processes import TIME_LIMIT_S
 from validation.comparison.design import Design
 from validation.comparison.journal import JOURNAL, Journal
+from validation.comparison.sealed_lines import sealed
 from validation.comparison.trial import Trial, TrialRow
 from validation.comparison.trial_table import TrialTable
 from validation.gates.gate_file import load_gates
@@ -144,8 +145,9 @@ def test_a_finished_comparison_is_read_with_its_scenario_seed_and_calibrators(tm
     ("points", "first_line", "says"),
     [
         (2, None, "compares at 2 points of a sweep"),
-        (1, "[1]", "is of another version's comparison"),
-        (1, '{"comparison":{"format":-1}}', "is of another version's comparison"),
+        (1, "[1]", "first line is damaged"),
+        (1, '{"comparison":{"format":-1}}', "first line is damaged"),
+        (1, sealed('{"comparison":{"format":-1}}').decode(), "is of another version's comparison"),
         (1, "{", "journal"),
     ],
 )
