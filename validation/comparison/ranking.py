@@ -148,7 +148,7 @@ def frequent_reason(table: TrialTable, name: str, point: int = 0) -> str:
     """Return the most frequent reason of a calibrator's failures at a point, "" without any."""
     failed = table.failed(name, point)
     reasons = Counter(text for text, bad in zip(table.texts("reason", name, point), failed, strict=True) if bad)
-    return next((text for text, _ in reasons.most_common(1)), "")
+    return max(reasons, key=lambda text: reasons[text], default="")
 
 
 def quoted(reason: str) -> str:
@@ -165,7 +165,7 @@ def overall_sentence(answers: Sequence[Ranking], points: Sequence[str]) -> str:
     wins = Counter(one.best.calibrator for one in answers if not one.best.place[0])
     if not wins:
         return f"none can be used at any of {counted(len(answers), 'point')}: {answers[0].sentence}"
-    name, most = wins.most_common(1)[0]
-    where = "every one" if most == len(answers) else f"{most}"
+    name = max(wins, key=lambda one: wins[one])
+    where = "every one" if wins[name] == len(answers) else f"{wins[name]}"
     at = "; ".join(f"at {point} {one.sentence}" for point, one in zip(points, answers, strict=True))
     return f"use {name}, the best at {where} of {counted(len(answers), 'point')}: {at}"

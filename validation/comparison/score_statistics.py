@@ -56,7 +56,7 @@ def score_statistics(table: TrialTable, reference: str | None = None) -> Iterato
 
 def reference_row(reference: str, name: str) -> str:
     """Return the reference's row name for the sensor of a row."""
-    return uncorrected_row(name).replace(uncorrected_row(""), reference, 1)
+    return uncorrected_row(name).replace(uncorrected_row(""), reference)
 
 
 def _found(score: ScoreDefinition, values: Array) -> Interval:

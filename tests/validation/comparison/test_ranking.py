@@ -173,6 +173,18 @@ def test_few_trials_give_an_answer_too(n):
     assert found.best.calibrator == "a"
 
 
+def test_the_best_at_most_points_is_named_and_of_equals_the_first():
+    one, other = {"a": GOOD, "b": 2 * GOOD, "uncorrected": RAW}, {"a": 3 * GOOD, "b": 2 * GOOD, "uncorrected": RAW}
+    for points, says in (
+        ((one, other, other), "use b, the best at 2 of 3"),
+        ((other, one), "use b, the best at 1 of 2"),
+        ((one, other), "use a, the best at 1 of 2"),
+    ):
+        table = table_of(*points, sweep=range(len(points)))
+        answers = [rank_calibrators(table, SCORE, point) for point in table.points]
+        assert overall_sentence(answers, [str(point) for point in table.points]).startswith(says)
+
+
 def test_what_is_asked_without_a_point_is_of_the_first():
     first = {"a": np.r_[np.full(9, np.inf), GOOD[9:]], "uncorrected": RAW}
     table = table_of(first, {"a": 2 * GOOD, "uncorrected": RAW}, sweep=[1.0, 5.0])

@@ -17,7 +17,7 @@ from sim.dataset_writer import generate
 from tests.short import short
 from validation.calibrating.selection import select_calibrators
 from validation.comparison.design import Design, received
-from validation.comparison.trial import PendingTrial, compute, failed_trial, run_trial
+from validation.comparison.trial import PendingTrial, TrialRow, compute, failed_trial, run_trial
 from validation.scoring.definitions import SCORE_DEFINITIONS
 from validation.scoring.evaluation import UNCORRECTED
 
@@ -64,9 +64,7 @@ def test_points_share_their_noise(design: Design) -> None:
 
 def test_a_lost_trial_is_failed_for_all(design: Design) -> None:
     rows = failed_trial(design, 0, 4, "why").rows
-    assert [(row.calibrator, row.status, row.reason, row.scores) for row in rows] == [
-        (name, "not_converged", "why", {}) for name in design.calibrators
-    ]
+    assert list(rows) == [TrialRow(name, "not_converged", "why", {}, 0.0, 0.0) for name in design.calibrators]
 
 
 def test_an_estimate_is_what_is_not_the_raw_measurement() -> None:

@@ -51,6 +51,19 @@ def test_a_unit_is_what_one_more_of_it_adds() -> None:
         few, more = (manoeuvre.phase([Leg(30.0, 15.0, -12.0, amount)]) for amount in (2.0, 3.0))
         _, begin, end = manoeuvre.unit(LEGS[0])
         assert more.duration_s - few.duration_s == pytest.approx(end - begin)
+        phase, begin, end = manoeuvre.unit(LEGS[0])
+        shown = manoeuvre.attitudes(phase, begin, end, 0.01)
+        up, down = (
+            half[0]
+            for half in (manoeuvre.halves(Rotation.from_euler("ZYX", [LEGS[0].angles_deg], degrees=True)) * 2)[:2]
+        )
+        near = [np.mean((shown.inv() * one).magnitude() < 1e-6) for one in (up, down)]
+        if isinstance(manoeuvre, Pushed):  # from the middle of a tilt over the opposite one to the middle of the next
+            assert near[0] == pytest.approx(near[1], abs=0.01)
+            assert sum(near) > 0.6
+            assert [(one.inv() * down).magnitude() < 1e-6 for one in (shown[0], shown[-1])] == [True, True]
+        else:
+            assert near == [1.0, 1.0]
 
 
 def test_pushes_are_stretched_so_that_nothing_is_left_of_a_time() -> None:
