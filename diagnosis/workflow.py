@@ -14,6 +14,7 @@ from diagnosis.decision.dip_or_strength import select_with_dip
 from diagnosis.decision.iron import absorbed_effects
 from diagnosis.decision.late_attitude import correct_late_attitude
 from diagnosis.decision.monotone_courses import with_rival_channels
+from diagnosis.decision.noise_anew import select_in_own_noise
 from diagnosis.decision.sentence import sentence_for
 from diagnosis.decision.stated_effects import correct_stated_effects
 from diagnosis.decision.verdict_rules import VerdictInput, doubts_of, verdict_of
@@ -89,7 +90,7 @@ def examine(
     """Examine a posed problem without its invalid samples."""
     measured, direct = measured_rows(whole, without)
     selection = correct_late_attitude(select_with_dip(correct_reference(measured), without, say), say)
-    selection = correct_stated_effects(selection, say)
+    selection = select_in_own_noise(correct_stated_effects(selection, say), say)
     return Examination(whole, model, selection.end.problem, direct, conclude(selection))
 
 
@@ -99,7 +100,9 @@ def measured_rows(
     """The problem without invalid samples and samples of unknown past, and the direct evidence."""
     direct = tuple(direct_evidence(whole, without))
     left_out = [held_rows(whole), find_start_samples(whole), *(finding.samples for finding in direct)]
-    return whole.without(np.logical_or.reduce(left_out)), direct
+    wrong_values = any(finding.effect.traits.sign == "outliers" for finding in direct)
+    measured = replace(whole.without(np.logical_or.reduce(left_out)), wrong_values=wrong_values)
+    return measured, tuple(finding for finding in direct if not finding.stated)
 
 
 def diagnosis_of(examination: Examination) -> Diagnosis:

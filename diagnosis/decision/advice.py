@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
@@ -22,6 +23,8 @@ from validation.text import digits, short
 
 TRIED_CHANNELS = 2
 """Number of channels offered as actuators."""
+VOLTAGE = re.compile(r"volt|_m?V$", re.IGNORECASE)
+"""Names of voltages: of a supply that the load draws on."""
 
 
 def advice_for(diagnosis: Diagnosis) -> tuple[str, ...]:
@@ -66,9 +69,10 @@ def try_actuator(diagnosis: Diagnosis) -> Iterator[str]:
 
 
 def _untried_channels(found: Diagnosis) -> set[str]:
-    """Recorded channels not treated like motor currents; a position drives nothing."""
+    """Recorded channels not treated like motor currents; a position drives nothing, and a voltage sags by the load."""
     recording = found.problem.recording
-    return set(recording.channels) - set(as_currents(recording)) - {LATITUDE, LONGITUDE, ALTITUDE}
+    drives_nothing = {LATITUDE, LONGITUDE, ALTITUDE, *filter(VOLTAGE.search, recording.channels)}
+    return set(recording.channels) - set(as_currents(recording)) - drives_nothing
 
 
 def find_mechanism(diagnosis: Diagnosis) -> Iterator[str]:

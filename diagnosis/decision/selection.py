@@ -137,7 +137,8 @@ def residual_tests(baseline: Baseline, names: Sequence[str]) -> ResidualTests:
     fitted = problem.fitted + baseline.sums.width
     filtered = any(BY_NAME[name].traits.correlates_noise for name in names)
     samples = problem.policy.filter_memory if filtered else 1
-    tests = run_residual_tests(residual, problem.usable, problem.state.time_s, fitted, problem.policy, samples)
+    usable, time_s, tails = problem.usable, problem.state.time_s, not problem.wrong_values
+    tests = run_residual_tests(residual, usable, time_s, fitted, problem.policy, samples, tails=tails)
     return tests if tests.clean or not within_stated_errors(problem, residual) else replace(tests, why=())
 
 

@@ -28,10 +28,14 @@ Lattices = tuple[Lattice | None, ...]
 
 @dataclass(frozen=True)
 class DirectFinding:
-    """An effect identified from the raw values, and the mask (n,) of samples invalid because of the effect."""
+    """An effect identified from the raw values, and the mask (n,) of samples invalid because of the effect.
+
+    stated : whether the model states the effect too; its samples are invalid all the same.
+    """
 
     effect: Effect
     samples: Mask
+    stated: bool = False
 
 
 def direct_evidence(problem: LinearProblem, without: frozenset[str] = frozenset()) -> list[DirectFinding]:
@@ -59,50 +63,87 @@ def _rounded(problem: LinearProblem, lattices: Lattices) -> DirectFinding | None
 
 
 def _clipped(problem: LinearProblem, lattices: Lattices) -> DirectFinding | None:
-    """Values that pile up at a full scale other than the model's."""
+    """Values that pile up at a full scale."""
     mag = problem.recording.mag_nT
     piles = pile_up(mag, lattices)
     if not piles:
         return None
     level = float(np.median([abs(pile.level) for pile in piles]))
     given = _stated_nT(problem, "full_scale")
-    if abs(level - given) < problem.policy.same_full_scale * level:
-        return None
-    return _finding("full_scale", np.any(np.abs(mag) >= level * (1 - 1e-9), axis=1), level)
+    stated = abs(level - given) < problem.policy.same_full_scale * level
+    return _finding("full_scale", np.any(np.abs(mag) >= level * (1 - 1e-9), axis=1), level, stated=stated)
 
 
 def _held(problem: LinearProblem) -> DirectFinding | None:
-    """Repeated rows, unless the model has dropouts."""
-    found = repeats(problem.recording.mag_nT)
-    if not found.frozen or found.hold > 1 or _is_stated(problem, "repeats"):
+    """Repeated rows, unless the model has dropouts: all of them, or the long ones where rounding repeats rows too."""
+    found, samples = repeats(problem.recording.mag_nT), repeated(problem.recording.mag_nT)
+    lengths = _gap_lengths(held_rows(problem), problem.policy)
+    if not len(lengths):
+        lengths = np.array([rows - 1 for _, rows in found.frozen])
+    if not len(lengths) or found.hold > 1 or _is_stated(problem, "repeats"):
         return None
-    samples = repeated(problem.recording.mag_nT)
-    work_s = np.count_nonzero(~samples) * problem.state.interval_s
-    # A gap hides its first sample in the one before it; lengths are exponential, so half a sample is added.
-    lengths = (np.array([rows for _, rows in found.frozen]) - 0.5) * problem.state.interval_s
-    return _finding("repeats", samples, len(lengths) / work_s, float(lengths.mean()))
+    work_s, (number, length) = np.count_nonzero(~samples) * problem.state.interval_s, _dropout_law(lengths)
+    return _finding("repeats", samples, number / work_s, length * problem.state.interval_s)
+
+
+def _gap_lengths(held: Mask, policy: Policy) -> Array:
+    """Lengths (m,) of the runs of held rows (n,), where they come at random: a slower sensor's come evenly."""
+    runs = _runs(held)
+    intervals = np.diff(runs[:, 0])
+    if len(runs) < policy.least_spikes or intervals.std() < policy.half * intervals.mean():
+        return np.zeros(0)
+    return np.asarray(np.diff(runs, axis=1)[:, 0])
+
+
+def _runs(samples: Mask) -> NDArray[np.intp]:
+    """First sample and end (m, 2) of each run of true samples (n,)."""
+    return np.flatnonzero(np.diff(np.concatenate([[0], samples.astype(np.int8), [0]]))).reshape(-1, 2)
+
+
+def _dropout_law(lengths: Array) -> tuple[float, float]:
+    """Number of gaps and their mean length in sample intervals, from the repeated rows (m,) of each gap that is seen.
+
+    A gap of exponential length d repeats k rows with a probability that falls by ``exp(-1 / d)`` a row, and none with
+    ``1 - d (1 - exp(-1 / d))``. Gaps of one length are counted as they are.
+    """
+    mean = float(lengths.mean())
+    if np.ptp(lengths) == 0:
+        return len(lengths), mean
+    d = -1.0 / np.log(1.0 - 1.0 / mean)
+    return float(len(lengths) / (d * -np.expm1(-1.0 / d))), float(d)
 
 
 def _wrong_values(problem: LinearProblem, lattices: Lattices, beside: Mask) -> DirectFinding | None:
-    """Isolated outliers, unless the model has spikes or a neighbour is repeated, clipped or a current's spike."""
-    mag, policy = problem.recording.mag_nT, problem.policy
+    """Isolated outliers, unless a neighbour is repeated, clipped or a current's spike."""
+    policy, residual = problem.policy, problem.recording.mag_nT - problem.clean_nT
+    where = _single_outliers(problem, lattices, residual, beside)
+    single: Mask = np.asarray(where.any(axis=1))
+    if np.count_nonzero(where) < policy.least_spikes or _across_the_field(problem, residual, single):
+        return None
+    seen, sizes_nT = _seen(problem, residual), np.abs(residual - np.median(residual, axis=0))
+    far = _short_runs(np.asarray((seen > policy.far_sigma).any(axis=1)), policy.most_burst) & ~beside
+    quiet = _quiet(seen, policy)
+    if problem.mode == "vector" and quiet:  # the smaller ones too: their law is known by more of them
+        where = _peaks(far, seen) & (seen > policy.never_sigma)
+    rate_hz, mean_nT = _spike_law(sizes_nT[where], len(residual) * problem.state.interval_s, policy.quarter)
+    return _finding("outliers", single | (far & quiet), rate_hz, mean_nT, stated=_is_stated(problem, "outliers"))
+
+
+def _single_outliers(problem: LinearProblem, lattices: Lattices, residual: Array, beside: Mask) -> Mask:
+    """Mask (n, 3) of isolated outliers of a residual (n, 3), none beside given samples or a current's own spike."""
     steps = np.array([0.0 if lattice is None else lattice.step for lattice in lattices])
     currents = np.asarray(spikes(problem.state.current_A).any(axis=1), dtype=np.bool_)
-    residual = mag - problem.clean_nT
-    where = (_standing_out(problem, residual, steps) | find_burst_peaks(problem, residual)) & ~(
-        beside | _with_neighbours(problem, currents)
-    )[:, None]
-    if np.count_nonzero(where) < policy.least_spikes or _is_stated(problem, "outliers"):
-        return None
-    rate_hz, mean_nT = _spike_law(
-        np.abs(residual - np.median(residual, axis=0))[where], len(residual) * problem.state.interval_s, policy.quarter
-    )
-    single: Mask = np.asarray(where.any(axis=1))
-    if _across_the_field(problem, residual, single):
-        return None
-    seen = _seen(problem, residual)
-    far = _short_runs(np.asarray((seen > policy.far_sigma).any(axis=1)), policy.most_burst) & ~beside
-    return _finding("outliers", single | (far & _quiet(seen, policy)), rate_hz, mean_nT)
+    found = _standing_out(problem, residual, steps) | find_burst_peaks(problem, residual)
+    return np.asarray(found & ~(beside | _with_neighbours(problem, currents))[:, None], dtype=np.bool_)
+
+
+def _peaks(far: Mask, seen: Array) -> Mask:
+    """Mask (n, q) of the largest value of sizes (n, q) in each run of far samples (n,)."""
+    peaks = np.zeros(seen.shape, np.bool_)
+    for first, end in _runs(far):
+        sample, axis = np.unravel_index(np.argmax(seen[first:end]), seen[first:end].shape)
+        peaks[first + sample, axis] = True
+    return peaks
 
 
 def _seen(problem: LinearProblem, residual: Array) -> Array:
@@ -158,10 +199,10 @@ def _quiet(seen: Array, policy: Policy) -> bool:
 
 def _short_runs(far: Mask, most: int) -> Mask:
     """The samples (n,) of runs of at most `most`: a body beside the path, or a base that does not fit, lasts longer."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], far.astype(np.int8), [0]]))).reshape(-1, 2)
     short = np.zeros(len(far), np.bool_)
-    for first, end in edges[np.diff(edges, axis=1)[:, 0] <= most]:
-        short[first:end] = True
+    for first, end in _runs(far):
+        if end - first <= most:
+            short[first:end] = True
     return short
 
 
@@ -188,9 +229,9 @@ def _stated_nT(problem: LinearProblem, sign: Sign) -> float:
     return float([0.0, *sizes_nT][-1])
 
 
-def _finding(sign: Sign, samples: ArrayLike, *values: Any) -> DirectFinding | None:
+def _finding(sign: Sign, samples: ArrayLike, *values: Any, stated: bool = False) -> DirectFinding | None:
     """The finding of the effect with a sign at given parameters, or None where outside the effect's bounds."""
     try:
-        return DirectFinding(of_sign(sign, *values), np.asarray(samples, dtype=np.bool_))
+        return DirectFinding(of_sign(sign, *values), np.asarray(samples, dtype=np.bool_), stated)
     except InputError:
         return None

@@ -35,12 +35,20 @@ class ResidualTests:
 
 
 def run_residual_tests(
-    residual: Array, usable: Array, time_s: Array, fitted: int, policy: Policy, memory: int = 1
+    residual: Array,
+    usable: Array,
+    time_s: Array,
+    fitted: int,
+    policy: Policy,
+    memory: int = 1,
+    *,
+    tails: bool = True,
 ) -> ResidualTests:
     """Test a residual (n, q) at times (n,) in units of the noise, after a fit of `fitted` parameters.
 
     The fit may have absorbed fast or slow noise: the means are tested as if unaffected, which reduces false alarms.
-    memory : number of samples over which a low-pass or an interpolation correlates the noise; 1: white.
+    memory : number of samples over which a low-pass or an interpolation correlates the noise; 1: white. tails :
+    whether heavy tails fail; they are the small wrong values where large ones were left out.
     """
     variance = _white_variance(residual, usable, fitted, memory)
     excess, why = {}, []
@@ -57,7 +65,7 @@ def run_residual_tests(
     if lines:
         why.append("tones at " + ", ".join(f"{figure(f, 4)} Hz" for f in lines))
     kurtosis = _kurtosis(residual, usable)
-    if kurtosis > policy.never_sigma * np.sqrt(24 / residual.size) + policy.tail_excess:
+    if tails and kurtosis > policy.never_sigma * np.sqrt(24 / residual.size) + policy.tail_excess:
         why.append(f"heavy tails: excess kurtosis {kurtosis:.1f}")
     return ResidualTests(excess, lines, kurtosis, tuple(why))
 

@@ -119,13 +119,7 @@ def pose_again(
     holds_enu_nT = field_enu_nT if done.field_enu_nT is None else done.field_enu_nT
     strength_nT = float(np.linalg.norm(problem.state.field_enu_nT if holds_enu_nT is None else holds_enu_nT))
     anew = pose(recording, field_enu_nT, strength_nT, problem.effects, problem.policy, problem.track, level)
-    kept = replace(
-        anew,
-        iron_known=problem.iron_known,
-        corrections=(*problem.corrections, done),
-        attitude_delay_s=problem.attitude_delay_s,
-        left_out=problem.left_out,
-    )
+    kept = replace(anew, corrections=(*problem.corrections, done), **problem.findings)
     return with_attitude_std(kept, problem.attitude_std_rad).without(problem.usable == 0)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,6 +62,7 @@ class LinearProblem:
     `track`: changes of the field with the place. `level`: vertical direction, where roll and pitch are known and the
     heading is not. `attitude_delay_s`: time by which the recorded attitude is late, stated by the model or found; the
     attitude of `recording` is moved by it. `left_out`: effects of the model that are looked for anew.
+    `wrong_values`: rare wrong values were found and left out, of which those within the noise remain.
     """
 
     recording: Recording
@@ -88,6 +89,13 @@ class LinearProblem:
     beyond_nT: Array | float = 0.0
     attitude_delay_s: float = 0.0
     left_out: tuple[Effect, ...] = ()
+    wrong_values: bool = False
+
+    @property
+    def findings(self) -> dict[str, Any]:
+        """What is known of the recording and the model whatever the reference: the problem posed again keeps it."""
+        names = ("iron_known", "attitude_delay_s", "left_out", "wrong_values")
+        return {name: getattr(self, name) for name in names}
 
     @property
     def offset_nT(self) -> Array:

@@ -22,7 +22,7 @@ def held(mag_nT: Array, residual: Array, policy: Policy) -> NDArray[np.bool_]:
     """
     again = repeated(mag_nT)
     share = float(again.mean())
-    if share <= policy.hardly_any:
+    if np.count_nonzero(again) < policy.least_spikes:
         return np.zeros(len(mag_nT), np.bool_)
     steps = np.array([np.diff(np.unique(axis)).min(initial=np.inf) for axis in mag_nT.T])
     chance = float(np.prod(np.minimum(1.0, steps / (2 * np.sqrt(np.pi) * sample_noise(residual)))))

@@ -165,8 +165,8 @@ def refit_iron(problem: LinearProblem, disturbance_nT: Array) -> LinearProblem:
         problem.level,
     )
     state = replace(anew.state, channels=problem.state.channels)
-    std_rad, known = problem.attitude_std_rad, problem.iron_known
-    kept = replace(anew, state=state, attitude_std_rad=std_rad, iron_known=known, corrections=problem.corrections)
+    std_rad, done = problem.attitude_std_rad, problem.corrections
+    kept = replace(anew, state=state, attitude_std_rad=std_rad, corrections=done, **problem.findings)
     return kept.without(problem.usable == 0)
 
 

@@ -67,8 +67,12 @@ def test_what_rises_and_turns_the_field_is_of_the_clocks_and_no_wheel(
 
 def test_a_recorded_channel_is_offered_as_an_actuator() -> None:
     time = np.linspace(0.0, 1.0, 4000)
-    given = replace(recording(), channels={"pump": np.sin(20 * time), "battery": 12 - time})
+    wave, sag = np.sin(20 * time), np.cos(30 * time)
+    given = replace(recording(), channels={"pump": wave, "battery": 12 - time, "battery_V": sag, "cell_voltage": sag})
+    supply = [ChannelShare(name, "body", 0.6) for name in ("battery_V", "cell_voltage")]
     led = (ChannelShare("pump", "body", 0.5), ChannelShare("battery", "body", 0.45))
+    by_supply = advice_for(diagnosis_of(Verdict.UNKNOWN, problem=problem(given), where=(*supply, *led)))
+    assert "--actuator" not in " ".join(by_supply)  # a voltage follows the load and drives nothing
     found = diagnosis_of(Verdict.UNKNOWN, problem=problem(given), where=led)
     assert "--actuator pump" in advice_for(found)[0]
     assert "battery" not in advice_for(found)[0]  # it only falls, as every slow course does

@@ -165,7 +165,7 @@ def test_beside_white_noise_no_rest_has_a_colour_and_alone_nothing_is_sought_bey
 
 
 def test_behind_a_filter_noise_has_a_memory_of_some_samples(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(selection, "run_residual_tests", lambda *args: replace(CLEAN, why=(str(args[-1]),)))
+    monkeypatch.setattr(selection, "run_residual_tests", lambda *args, tails: replace(CLEAN, why=(str(args[-1]),)))
     baseline = Baseline.of(POSED)
     memories = [selection.residual_tests(baseline, [name]).why[0] for name in (MotorCurrent.name, Latency.name)]
     assert memories == ["1", str(STANDARD.filter_memory)]
