@@ -14,7 +14,7 @@ from reports.outputs.gates import record_baseline
 from scenarios.errors import InputError
 from tests.validation.comparison.conftest import small
 from validation.comparison.engine import SerialEngine
-from validation.gates.score_baseline import read_baseline, rows_of
+from validation.gates.score_baseline import check_place, read_baseline, rows_of
 
 SCORE = "offset_error_nT"
 
@@ -43,6 +43,7 @@ DAMAGES = {
     "infinite": with_value(float("inf")),
     "negative": with_value(-3.0),
     "near overflow": with_value(1e308),
+    "larger than any score": with_value(1.5e12),
     "text": as_text,
     "integers": as_integers,
     "twice": twice,
@@ -52,9 +53,10 @@ DAMAGES = {
 @pytest.mark.parametrize("damage", DAMAGES)
 def test_scores_that_no_trial_gives_are_refused(damage: str, tmp_path: Path) -> None:
     design, path = small(), tmp_path / "b.parquet"
-    whole = rows_of(design, "sphere", SCORE, np.linspace(1.0, 2.0, 5))
+    scores = [0.0, 0.3, np.inf, 2.0, 1e12]
+    whole = rows_of(design, "sphere", SCORE, np.array(scores))
     pq.write_table(whole, path)
-    assert read_baseline(path, design, "sphere", SCORE, 5).tolist() == np.linspace(1.0, 2.0, 5).tolist()
+    assert read_baseline(path, design, "sphere", SCORE, 5).tolist() == scores
     pq.write_table(DAMAGES[damage](whole), path)
     with pytest.raises(InputError) as caught:
         read_baseline(path, design, "sphere", SCORE, 5)
@@ -64,3 +66,11 @@ def test_scores_that_no_trial_gives_are_refused(damage: str, tmp_path: Path) -> 
 def test_a_missing_folder_is_refused_before_the_trials(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no such directory"):
         record_baseline([], SerialEngine(), tmp_path / "not" / "there.parquet")
+
+
+def test_a_baseline_goes_into_a_file_of_a_folder_that_is_there(tmp_path: Path) -> None:
+    check_place(tmp_path / "b.parquet")
+    with pytest.raises(InputError, match="is a directory"):
+        check_place(tmp_path)
+    with pytest.raises(InputError, match="no such file"):
+        read_baseline(tmp_path / "b.parquet", small(), "sphere", SCORE, 5)

@@ -5,9 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from pydantic import ValidationError
 
 from scenarios.errors import InputError
-from validation.gates.gate_file import Gate, json_schema, load_gates
+from validation.calibrating.processes import LEAST_TIME_LIMIT_S, MOST_TIME_LIMIT_S
+from validation.gates.gate_file import Gate, GateFile, json_schema, load_gates
 from validation.gates.gate_plan import plan_gate
 from validation.gates.power import exceedance_of, verdict_probabilities
 
@@ -103,3 +105,56 @@ def test_max_trials_stands_where_it_is_enough() -> None:
 def test_what_the_trials_cannot_show_is_refused_before_any_is_run(keys: dict[str, float], says: str) -> None:
     with pytest.raises(InputError, match=says):
         plan_gate(gate(**keys), 1e-5, "gate.0")
+
+
+@pytest.mark.parametrize(
+    ("key", "held", "refused"),
+    [
+        ("name", ("a", "x" * 100), ("", "x" * 101, " a", "a ")),
+        ("scenario", ("t",), ("",)),
+        ("calibrator", ("c",), ("",)),
+        ("limit", (1e-9, 0.5, 1e12), (0.0, 1.5e12)),
+        ("quantile", (0.5, 0.999), (0.49, 1.0)),
+        ("power", (0.5, 0.999), (0.49, 1.0)),
+        ("max_trials", (1, 5000), (0, 5001)),
+        ("smallest_defect", (1.01, 1e6), (1.0, 1.5e6)),
+        ("spread", (0.01, 10.0), (0.0, 10.5)),
+        ("margin", (0.5, 1e12), (0.0, 1.5e12)),
+    ],
+)
+def test_the_values_of_a_gate_have_ends(key: str, held: tuple[object, ...], refused: tuple[object, ...]) -> None:
+    for value in held:
+        assert getattr(gate(**{key: value}), key) == value
+    for value in refused:
+        with pytest.raises(ValidationError, match=key):
+            gate(**{key: value})
+
+
+@pytest.mark.parametrize(
+    ("key", "held", "refused"),
+    [
+        ("false_fail_rate", (1e-9, 0.49), (0.0, 0.5)),
+        ("seed", (0, 7), (-1,)),
+        ("time_limit_s", (LEAST_TIME_LIMIT_S, MOST_TIME_LIMIT_S), (0.9 * LEAST_TIME_LIMIT_S, 1.1 * MOST_TIME_LIMIT_S)),
+    ],
+)
+def test_the_values_of_a_file_have_ends(key: str, held: tuple[object, ...], refused: tuple[object, ...]) -> None:
+    for value in held:
+        assert getattr(GateFile.model_validate({"gate": (gate(),), key: value}), key) == value
+    for value in refused:
+        with pytest.raises(ValidationError, match=key):
+            GateFile.model_validate({"gate": (gate(),), key: value})
+
+
+def test_a_gate_is_of_the_median_and_sees_half_more_in_99_of_100_runs_unless_it_says_otherwise() -> None:
+    one = gate()
+    assert (one.quantile, one.power, one.margin, one.spread, one.max_trials) == (0.5, 0.99, 1.1, 0.5, None)
+    usual, stated = (plan_gate(each, 1e-5, "gate.0") for each in (one, gate(smallest_defect=1.5)))
+    assert usual.max_trials == stated.max_trials
+    assert (usual.test.allowed, usual.test.false_fail_rate) == (0.5, 1e-5)
+    assert usual.test.false_pass_rate == pytest.approx(0.01)
+    assert plan_gate(gate(quantile=0.9, power=0.95), 1e-5, "gate.0").test.allowed == pytest.approx(0.1)
+    assert one.command is None
+    held = gate(calibrator="mine@2", exec="fit {recording} {result}", needs=["gyro"])
+    assert held.command == "mine:gyro=fit {recording} {result}"
+    assert gate(calibrator="mine", exec="fit {recording} {result}").command == "mine=fit {recording} {result}"

@@ -17,6 +17,7 @@ from validation.gates.power import (
     more_trials,
     smallest_exceedance,
     trials_to_fail,
+    trials_to_pass,
     verdict_probabilities,
 )
 from validation.gates.sequential import SequentialTest, decide
@@ -79,7 +80,9 @@ def test_more_trials_decide_when_they_go_on_alike(exceeded: int, trials: int) ->
 
 def test_at_the_limit_itself_no_number_of_trials_decides() -> None:
     assert more_trials(USUAL, 60, 120) is None
-    assert MOST_TRIALS > 1000
+    assert more_trials(USUAL, 0, 4990) is not None
+    assert more_trials(USUAL, 2540, 4990) is None  # would decide beyond the most
+    assert MOST_TRIALS == 5000  # as the pages say
 
 
 @pytest.mark.parametrize("quantile", [0.5, 0.9])
@@ -109,3 +112,22 @@ def test_the_factor_seen_brings_that_part_of_the_scores_over_the_limit() -> None
 def test_estimates_that_failed_are_over_any_limit() -> None:
     assert factor_seen(np.array([np.inf, np.inf, 0.5]), 0.6) == 0.0
     assert factor_seen(np.array([0.5, 0.5]), math.inf) == math.inf
+
+
+def test_the_factor_seen_is_of_the_least_number_of_trials_that_is_such_a_share() -> None:
+    """Of four ratios a quarter is the largest, a little more the two largest; all of them, the least."""
+    ratios = np.array([0.5, 0.25, 0.2, 0.8])
+    assert factor_seen(ratios, 0.25) == pytest.approx(1 / 0.8)
+    assert factor_seen(ratios, 0.26) == pytest.approx(1 / 0.5)
+    assert factor_seen(ratios, 1.0) == pytest.approx(1 / 0.2)
+    assert factor_seen(ratios, 0.0) == pytest.approx(1 / 0.8)  # one at least
+    assert factor_seen(np.zeros(3), 0.5) == math.inf
+    assert factor_seen(np.zeros(0), 0.5) == math.inf
+
+
+def test_trials_to_pass_and_to_fail_are_the_first_with_that_probability() -> None:
+    for count, exceedance, k in ((trials_to_pass, 0.2, 1), (trials_to_fail, 0.9, 0)):
+        n = count(USUAL, exceedance, 0.9)
+        assert n is not None
+        reached = verdict_probabilities(USUAL, exceedance, n)[k]
+        assert reached[-1] >= 0.9 > reached[-2]

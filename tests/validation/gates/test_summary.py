@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tests.validation.gates.conftest import Scripted, gate_text, row
-from validation.gates.runner import decide_gates
+from validation.gates.runner import decide_gates, record_scores
+from validation.gates.score_baseline import write_baseline
 from validation.gates.summary import full_summary, overall_verdict, summary
 
 
@@ -68,3 +70,16 @@ def test_the_json_repeats_gate_and_evidence(groups_of: Callable) -> None:  # typ
     (decided,) = summary(decide_gates(groups_of(gate_text("kept", limit=2.0)), told_by(1.0)))["gates"]
     assert decided["more_trials"] is None
     assert (decided["exceeded"], decided["measured"], decided["smallest_seen"]) == (0, 1.0, 2.0)
+
+
+def test_the_json_says_of_what_a_limit_is_a_multiple(tmp_path: Path, groups_of: Callable) -> None:  # type: ignore[type-arg]
+    """Of the reference's score, or of the baseline's, without a unit."""
+    told = Scripted(lambda group, run: [row("ellipsoid", 1.0), row("sphere", 2.0)])
+    write_baseline(tmp_path / "base.parquet", record_scores(groups_of(gate_text("a", limit=2.0, max_trials=60)), told))
+    against = (
+        gate_text("against", ratio=0.9, reference="sphere"),
+        gate_text("held", baseline="base.parquet", max_trials=60),
+    )
+    one, other = summary(decide_gates(groups_of(*against), told))["gates"]
+    assert (one["limit_of"], one["limit"], one["unit"], one["measured"]) == ("sphere", 0.9, "", 0.5)
+    assert (other["limit_of"], other["limit"], other["unit"], other["measured"]) == ("base.parquet", 1.1, "", 1.0)
