@@ -105,7 +105,7 @@ class CandidateInRecording:
         by_output = zip(rows.base.transpose(1, 0, 2), added.T, strict=True)
         outputs = [(rows.base.reshape(added.size, -1), added.ravel())] if rows.common else by_output
         residuals = [y - B @ np.linalg.lstsq(B, y, rcond=None)[0] for B, y in outputs]
-        squares = sum((float(output @ output) for output in residuals), 0.0)
+        squares = sum(float(output @ output) for output in residuals)
         return float(np.sqrt(squares / (rows.count.sum() * added.shape[1])))
 
 

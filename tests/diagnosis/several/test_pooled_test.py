@@ -18,7 +18,7 @@ from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose
 from diagnosis.problem.level import Level
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.several.pooled_test import CandidateInRecording, PooledCandidate
+from diagnosis.several.pooled_test import CandidateInRecording, PooledCandidate, estimate
 from scenarios.arrays import Array
 from sim.effects.currents import MotorCurrent
 from sim.effects.iron import HardIron
@@ -194,3 +194,33 @@ def test_a_candidate_that_no_recording_holds_has_no_width_and_no_inflation() -> 
 def test_nothing_is_explained_in_a_recording_without_the_causes() -> None:
     nowhere = PooledCandidate(MOTOR, (None,), 0.0)
     assert (nowhere.nats(0, np.ones(3)), nowhere.own_nats(0)) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize(("size", "columns"), [(0.0, SLOW), (10.0, RAMP)])
+def test_a_noise_model_that_needs_the_candidate_explains_the_recording_without_it_worse(
+    size: float, columns: Array
+) -> None:
+    """A ramp that is not in is a wander to the rest, which is thousands of nats better than white noise."""
+    coloured_baseline = _with(size * columns @ TO)
+    one = _asked(coloured_baseline, columns)
+    without = Hypothesis.with_noise_model(
+        coloured_baseline.rows, coloured_baseline.accepted_columns, one.hypothesis.noise_model
+    )
+    lost = coloured_baseline.hypothesis.log_likelihood - without.log_likelihood
+    assert one.null_gain == pytest.approx(max(lost, 0.0))
+    assert bool(one.null_gain > 100.0) is (size > 0.0)
+    held = coloured_baseline.hypothesis.held_out_log_likelihood
+    best = max(held, without.held_out_log_likelihood)
+    assert one.held_out_gain == pytest.approx(one.hypothesis.held_out_log_likelihood - best)
+
+
+def test_an_estimate_sums_the_parts_of_the_recording() -> None:
+    one = _asked(_with(2 * SLOW @ TO), SLOW)
+    whole = np.sum(one.parts, axis=0)
+    np.testing.assert_array_equal(one.estimate.N, whole[:3, :3])
+    np.testing.assert_array_equal(one.estimate.g, whole[:3, 3])
+    assert one.estimate.c == pytest.approx(2 * TO, abs=0.5)
+    half = estimate(whole, 2.0)
+    np.testing.assert_array_equal(
+        (half.N, half.g[None].repeat(3, 0)), (whole[:3, :3] / 2, whole[:3, 3][None].repeat(3, 0) / 2)
+    )

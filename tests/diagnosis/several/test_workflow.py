@@ -159,6 +159,16 @@ def test_nothing_is_found_where_nothing_is() -> None:
     assert (found.verdict, found.common, found.single) == (Verdict.NONE, (), ())
 
 
+def test_recordings_are_told_one_by_one_and_then_by_rounds_until_all_is_clean() -> None:
+    """A recording's own steps were told when it was diagnosed; one effect takes one round."""
+    said: list[str] = []
+    problems = [problem_of(json.dumps(motor(1.0)), i) for i in range(3)]
+    diagnose_together(NAMES, problems, MODEL, say=said.append)
+    assert [text for text in said if not text.startswith(NAMES)] == [
+        *("all recordings together, round 1", "the simulator with the new models"),
+    ]
+
+
 def test_one_recording_is_not_several() -> None:
     with pytest.raises(InputError, match="a single recording cannot be compared"):
         together({})
