@@ -98,9 +98,14 @@ def planned(task: PlanningTask, time_s: float, target: float | None = None) -> P
     for _ in range(MOST_TRIES):
         if found.met or found.choice.time_s >= time_s:
             break
-        longer_s = found.choice.time_s * max(MARGIN, MARGIN * (found.error / target) ** 2)
+        longer_s = longer_time_s(found.choice.time_s, found.error / target)
         found = _flown(search.best(min(longer_s, time_s)), target)
     return found
+
+
+def longer_time_s(time_s: float, ratio: float) -> float:
+    """Return the time in which the error falls by a ratio, with the root of the time, and a MARGIN more."""
+    return MARGIN * time_s * max(1.0, ratio**2)
 
 
 def _best(task: PlanningTask, time_s: float) -> Plan:

@@ -21,7 +21,7 @@ from validation.bound.limit import Tilts
 from validation.bound.query import BoundQuery
 from validation.comparison.engine import SerialEngine
 from validation.planning.manoeuvre import Leg
-from validation.planning.plan import Plan, _flown, planned
+from validation.planning.plan import Plan, _flown, longer_time_s, planned
 from validation.planning.refinement import refined
 from validation.planning.search import LegSelection, merged
 from validation.planning.summary import attitude, headline, limits, summary
@@ -236,3 +236,9 @@ def test_attitudes_in_words() -> None:
     assert attitude(Leg(47.0, -25.0, 20.0, 1.0)) == "facing north-east, nose 25° up, right side 20° down"
     assert attitude(Leg(-90.0, 0.0, 0.0, 1.0)) == "facing south, level"
     assert attitude(Leg(180.0, 0.0, -180.0, 1.0)) == "facing west, upside down"
+
+
+def test_a_flight_that_misses_its_target_is_flown_again_for_the_square_of_what_it_missed() -> None:
+    """Half of a percent more, so that the next one meets it."""
+    assert longer_time_s(100.0, 1.2) == pytest.approx(1.005 * 144.0)
+    assert longer_time_s(100.0, 0.9) == pytest.approx(100.5)

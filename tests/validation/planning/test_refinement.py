@@ -66,3 +66,29 @@ def test_legs_that_no_time_is_enough_for_are_returned_as_they_are(auv: PlanningT
     legs, error = refined(auv, LEGS, 2.0)
     assert error == np.inf
     assert legs == LEGS
+
+
+def test_no_angle_of_refined_legs_can_be_moved_for_a_gain() -> None:
+    """By five degrees, the least step, beyond half of a percent, for which a round is repeated; nor by larger ones."""
+    task = PlanningTask.of(
+        "auv", load("standard-full", ["sampling.rate_hz=1"]), "vector", tilts=Tilts(10.0, 20.0), noise_std_nT=10.0
+    )
+    begun = tuple(
+        Leg(yaw, pitch, roll, 8.0) for yaw, pitch, roll in ((0, 5, 0), (80, -5, 5), (150, 0, -5), (200, 9, 3))
+    )
+    time_s = task.manoeuvre.phase(begun).duration_s
+    legs, error = refined(task, begun, time_s)
+
+    def error_of(tried: tuple[Leg, ...]) -> float:
+        found = fitted(task, tried, time_s)
+        if found is None:
+            return float("inf")
+        return task.error(task.phase_information(task.manoeuvre.phase(found)))
+
+    assert error == pytest.approx(error_of(legs), rel=1e-2)
+    assert error < 0.8 * error_of(begun)
+    for place in range(len(legs)):
+        for axis in range(3):
+            for way_deg in (-5.0, 5.0):
+                moved = _moved(task, legs[place], axis, way_deg)
+                assert error_of((*legs[:place], moved, *legs[place + 1 :])) > 0.985 * error

@@ -84,6 +84,7 @@ def test_legs_after_a_recording_are_numbered_and_summed(found: Plan) -> None:
     assert "determine the" in words
     said = after_summary(told, "next.toml")
     assert said["predicted"] == {"offset_rms_nT": 3.0, "before": pytest.approx(10.0)}
+    assert said["scenario"] == "next.toml"
     assert said["limit"]["offset_rms_nT"] == found.least.value
     assert said["legs"][1]["gain_nT"] == 6.0
     assert said["no_longer_pays"]["before_nT"] == 4.0
