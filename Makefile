@@ -5,7 +5,7 @@ BIN    := $(VENV)/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
 READY  := $(VENV)/.ready
 TOOLS  := $(VENV)/.tools
 BOOK   := $(VENV)/.book
-INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
+INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile -c constraints.txt
 JOBS   ?= 2
 
 .PHONY: help demo test nightly installed gates lint format bench diagnosis-bench mutants docs pictures constraints clean

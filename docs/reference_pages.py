@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import contextlib
 import inspect
-import io
+import json
 import re
 from collections.abc import Iterable, Iterator
 from typing import Any
 
 from docstrings import escaped
+from result_keys import KeyTable, tables, words
 
 import magbench
 from magbench.app import program
-from magbench.cli import main
-from magbench.commands.schema import SchemaKind
+from magbench.commands.schema import SchemaKind, schema_of
+from reports.schemas import MODELS
 
 Page = tuple[str, str]
 MARKDOWN = re.compile(r"([|<>*_\[\]\\])")
@@ -96,11 +96,33 @@ def _first(text: str | None) -> str:
 
 
 def _schemas() -> Iterator[Page]:
-    """The JSON Schema of each kind of file, as `magbench schema` prints it."""
+    """A page each kind of file and result: its keys, and the JSON Schema that `magbench schema` prints."""
     for kind in SchemaKind:
-        with contextlib.redirect_stdout(io.StringIO()) as told:
-            main(["schema", kind.value])
-        head = f"# Schema of {kind.value} files\n\n`magbench schema {kind.value}` prints it.\n\n"
-        yield f"schemas/{kind.value}.md", f"{head}```json\n{told.getvalue()}```\n"
-    head = "# JSON schemas\n\nEvery key of a file with its meaning, as `magbench schema KIND` prints it.\n\n"
-    yield "schemas/index.md", head + _tree(kind.value for kind in SchemaKind)
+        yield f"schemas/{kind.value}.md", _schema(kind)
+    rows = "".join(f"| [`{kind.value}`]({kind.value}.md) | {as_markdown(kind.words)} |\n" for kind in SchemaKind)
+    head = "# JSON schemas\n\nEvery file that is read or written, and every `--json`, has a JSON Schema, which\n"
+    table = f"`magbench schema KIND` prints.\n\n| KIND | of what |\n|---|---|\n{rows}\n"
+    yield "schemas/index.md", head + table + _tree((kind.value for kind in SchemaKind), hidden=True)
+
+
+def _schema(kind: SchemaKind) -> str:
+    """The tables of a result; of what users write, other pages tell the keys, and the schema stands alone."""
+    schema = schema_of(kind)
+    head = f"# {kind.value}\n\n`magbench schema {kind.value}`: {as_markdown(kind.words)}.\n\n"
+    whole = f"```json\n{json.dumps(schema, indent=1, ensure_ascii=False)}\n```\n"
+    if kind not in MODELS:
+        return head + whole
+    return head + "\n".join(map(_keys, tables(schema))) + f"\n::::{{dropdown}} The JSON Schema\n{whole}::::\n"
+
+
+def _keys(table: KeyTable) -> str:
+    """A table of the result with its places, and a row a key."""
+    places = ", ".join(f"`{path}`" for path in table.paths if path)
+    head = f"## {words(table.name)}\n\n{places}: " if table.name else ""
+    rows = "".join(f"| `{name}` | {_linked(kind)} | {as_markdown(said)} |\n" for name, kind, said in table.rows)
+    return f"{head}{as_markdown(table.says)}\n\n| key | value | meaning |\n|---|---|---|\n{rows}"
+
+
+def _linked(kind: str) -> str:
+    """A kind of value, the names of inner tables as links to them."""
+    return re.sub(r"\\\[(.*?)\\\]", lambda name: f"[{name[1]}](#{name[1].replace(' ', '-')})", escaped(kind, MARKDOWN))

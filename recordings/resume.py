@@ -20,7 +20,7 @@ from recordings.split import Split
 from recordings.url_path import Place
 from scenarios.errors import InputError
 
-PACKAGES = ("magbench", "mujoco", "numba", "numpy", "ppigrf", "pyarrow", "scipy")
+PACKAGES = ("magbench", "mujoco-core", "numba", "numpy", "ppigrf", "pyarrow", "scipy")
 _RUN_FILE = re.compile(r"runs?-\d{5,}\.parquet")
 
 

@@ -29,7 +29,7 @@ from sim.tracking import warning
 from validation.scoring.outcome import Outcome
 from validation.text import digits, duration, plainly
 
-PACKAGES = ("magbench", "numpy", "scipy", "mujoco", "numba", "filterpy", "ppigrf", "rerun-sdk")
+PACKAGES = ("magbench", "numpy", "scipy", "mujoco-core", "numba", "filterpy", "ppigrf", "rerun-sdk")
 
 
 SECTIONS = (

@@ -27,6 +27,7 @@ from hypothesis.strategies import SearchStrategy
 from magbench.app import app, call
 from recordings.files import sha256_of
 from scenarios.errors import InputError
+from tests.results import check_printed
 
 PROGRESS = ("simulating", "running", "diagnosis:")
 """How lines begin that tell how far a command has come."""
@@ -81,6 +82,8 @@ def hold(place: Path, *arguments: str) -> int:
     said = f"{' '.join(arguments)}\nstatus {status}\n{err.getvalue()}"
     assert not leaked, f"{said}\nwarned: {leaked[0].filename}:{leaked[0].lineno}: {leaked[0].message}"
     check_answer(status, out.getvalue(), err.getvalue(), said, as_json="--json" in arguments)
+    if status != 2 and "--json" in arguments:
+        check_printed(arguments, json.loads(out.getvalue()))
     check_written(place)
     return status
 

@@ -53,7 +53,7 @@ def test_every_effect_of_the_table_is_listed(capsys: pytest.CaptureFixture[str])
 
 
 def test_schema_knows_every_effect_and_phase(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["schema", "--json"]) == 0
+    assert main(["schema", "scenario"]) == 0
     schema = json.loads(capsys.readouterr().out)
     assert {"white_noise", "local_dipole"} <= set(schema["$defs"]["Effects"]["properties"])
     assert schema["additionalProperties"] is False

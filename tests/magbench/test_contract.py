@@ -12,6 +12,7 @@ import pytest
 from magbench.app import program
 from magbench.cli import main
 from tests.magbench.test_bad_input import log
+from tests.results import check_files, check_printed
 from tests.validation.gates.conftest import gate_text
 
 COMMANDS = sorted(program().commands)
@@ -94,14 +95,16 @@ def test_the_example_in_the_help_uses_options_that_there_are(command: str, capfd
     assert main([*example, "--help"]) == 0, capfd.readouterr().err
 
 
-@pytest.mark.usefixtures("place")
 @pytest.mark.parametrize("command", COMMANDS)
-def test_json_is_one_object_on_standard_output_and_nothing_else(
-    command: str, capfd: pytest.CaptureFixture[str]
+def test_json_is_one_object_on_standard_output_as_its_schema_says_and_nothing_else(
+    command: str, place: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     found_a_gap = {1} if command in ("diagnose", "recheck") else set()
     assert main([*GOOD[command], "--json"]) in {0} | found_a_gap, capfd.readouterr().err
-    assert isinstance(json.loads(capfd.readouterr().out), dict)
+    printed = json.loads(capfd.readouterr().out)
+    assert isinstance(printed, dict)
+    check_printed(GOOD[command], printed)
+    check_files(place / "out")
 
 
 @pytest.mark.usefixtures("place")

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from magbench.cli import main
+from tests.results import check_printed
 from tests.validation.gates.conftest import gate_text
 from validation.comparison.engine import SerialEngine
 from validation.comparison.journal import JOURNAL
@@ -61,7 +62,9 @@ def test_an_undecided_gate_is_a_warning_or_with_strict_status_1(capfd: pytest.Ca
 
 def test_a_baseline_is_written_and_kept(capfd: pytest.CaptureFixture[str]) -> None:
     file = written(gate_text("a", set=[CUT], baseline="base.parquet", max_trials=25))
-    assert main(["gate", file, "--write-baseline", "base.parquet"]) == 0
+    write = ["gate", file, "--write-baseline", "base.parquet"]
+    assert main([*write, "--json"]) == 0
+    check_printed(write, json.loads(capfd.readouterr().out))
     assert main(["gate", file, "-o", "out", "--json"]) == 0, capfd.readouterr().err
     (one,) = json.loads(capfd.readouterr().out)["gates"]
     assert (one["verdict"], one["measured"], one["limit"]) == ("pass", 1.0, 1.1)
@@ -93,7 +96,10 @@ def test_calibrators_of_ones_own_are_compared_held_broken_and_caught(
     program = "theirs:gyro=sh my/copy.sh my/known.json {recording.csv} {result}"
     words = ["--with", "ellipsoid,my.own:mine", "--exec", program, "--time-limit-s", "600", "--trials", "20"]
     assert main(["compare", "tumble", "--set", CUT, *words, "-o", "compared"]) == 0
-    assert main(["gate", "--init", "compared", "-o", "begun.toml"]) == 0, capfd.readouterr().err
+    capfd.readouterr()
+    begin = ["gate", "--init", "compared", "-o", "begun.toml"]
+    assert main([*begin, "--json"]) == 0, capfd.readouterr().err
+    check_printed(begin, json.loads(capfd.readouterr().out))
     text = Path("begun.toml").read_text()
     assert 'calibrator = "my.own:mine"' in text
     assert 'exec = "sh ./my/copy.sh ./my/known.json {recording.csv} {result}"' in text

@@ -25,6 +25,7 @@ from scenarios.errors import InputError
 from sim.scenario import ModelSpec, Scenario, load
 from tests.diagnosis.several.test_workflow import motor
 from tests.diagnosis.synthetic import FIELD_ENU_NT, recording
+from tests.results import check_printed
 
 MODEL = ModelSpec.model_validate({"effects": {"white_noise": {"std_nT": [2.0] * 3}}})
 
@@ -48,6 +49,7 @@ def test_what_all_feel_alike_comes_from_far() -> None:
     (one,) = found.common
     assert (found.verdict, one.name, one.transfer) == (Verdict.NAMED, "motor_current", Transfer.TRANSFERRED)
     assert "far away" in found.advice[0]
+    check_printed(["diagnose"], found.as_dict())
     (told,) = found.as_dict()["effects"]
     assert (told["evidence"], told["among_sensors"]) == ("single-run", "the same")
 

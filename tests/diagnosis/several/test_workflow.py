@@ -23,6 +23,7 @@ from diagnosis.workflow import Examination, examine
 from scenarios.errors import InputError
 from sim.scenario import ModelSpec
 from tests.diagnosis.synthetic import FIELD_ENU_NT, recording
+from tests.results import check_printed
 
 GAIN = np.array([3.0, -2.0, 4.0])
 NAMES = ("first", "second", "third")
@@ -86,6 +87,7 @@ def test_a_jump_in_one_of_three_is_no_agreement_with_the_model() -> None:
     assert found.sentence.startswith("second, of 3 recordings (2 none, 1 named): ")
     assert "offset_jump" in found.sentence
     told = found.as_dict()
+    check_printed(["diagnose"], told)
     assert told["worst"] == "second"
     assert [(one["name"], one["only_in"]) for one in told["effects"]] == [("offset_jump", "second")]
 

@@ -14,6 +14,7 @@ from scenarios.errors import InputError
 from scenarios.paths.poses import nearest
 from sim.dataset_writer import generate
 from sim.scenario import load
+from tests.results import check_printed
 from validation.bound.bound import Bound
 from validation.bound.experiment import Experiment
 from validation.bound.files import recording_experiment, scenario_experiment
@@ -70,6 +71,7 @@ def test_recording_and_flight_together_are_as_good_as_is_said(found: LegSequence
 def test_in_words_and_on_disk(found: LegSequence, tmp_path: Path) -> None:
     told = write_plan(found, tmp_path / "out")
     assert json.loads((tmp_path / "out" / "plan.json").read_text()) == told
+    check_printed(["plan", "--after"], told)
     assert load(told["scenario"]).phases[0].kind == "poses"
     assert [leg["gain_nT"] > 0 for leg in told["legs"]] == [True] * len(found.legs)
     assert headline(found).startswith("leg 1: in ")
