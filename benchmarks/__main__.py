@@ -10,12 +10,25 @@ import argparse
 import sys
 from collections.abc import Sequence
 
-from benchmarks import closed_loop, comparison, dataset, diagnosing, engines, gates, kalman, norm, population, text_logs
+from benchmarks import (
+    closed_loop,
+    comparison,
+    dataset,
+    diagnosing,
+    engines,
+    gates,
+    kalman,
+    norm,
+    population,
+    report,
+    text_logs,
+)
 
-PARTS = {
-    part.__name__.rpartition(".")[2]: part
-    for part in (closed_loop, dataset, text_logs, norm, kalman, population, comparison, engines, gates, diagnosing)
-}
+MODULES = (
+    *(closed_loop, dataset, text_logs, norm, kalman, population),
+    *(comparison, report, engines, gates, diagnosing),
+)
+PARTS = {part.__name__.rpartition(".")[2]: part for part in MODULES}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

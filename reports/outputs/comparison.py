@@ -120,7 +120,7 @@ def _computed(
         for _ in new_trials(design, range(first, number), engine, journal):
             done += 1
             progress(done, _pieces(design, most))
-        table = TrialTable.of(design, (trial for trial in journal if trial.run < number))
+        table = TrialTable.of_columns(design, journal.columns(number))
         if question.until is not None and question.until.reached(_columns(table, question.until)):
             break
         first = number

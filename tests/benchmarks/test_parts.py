@@ -7,11 +7,11 @@ from types import ModuleType
 
 import pytest
 
-from benchmarks import dataset, diagnosing, engines, kalman, norm, population
+from benchmarks import dataset, diagnosing, engines, kalman, norm, population, report
 from benchmarks.__main__ import PARTS, main
 from benchmarks.honesty import bench as honesty
 
-SLOW = (engines, diagnosing, dataset, norm, kalman, population)
+SLOW = (engines, report, diagnosing, dataset, norm, kalman, population)
 """Parts that start other processes, or fit for more than five seconds however small they are."""
 
 

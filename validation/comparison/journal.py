@@ -9,17 +9,22 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
+import pyarrow as pa
+
 from recordings.files import atomic_write, canonical_json, system_errors_about, write_text
 from recordings.resume import differences
 from scenarios.errors import InputError
 from validation.comparison.sealed_lines import matches, sealed, unsealed
 from validation.comparison.trial import Trial, TrialRow
+from validation.comparison.trial_columns import SCHEMA, columns_in, in_order
 from validation.text import counted
 
 JOURNAL = "journal.jsonl"
 COMPARISON = "comparison"
 KEY = re.compile(rb'\{"sha256":"\w+","point":(\d+),"run":(\d+),')
 """Begin of a trial's line."""
+BLOCK_BYTES = 8 << 20
+"""Text of a journal in memory at a time."""
 ELSEWHERE = "choose another output directory, or remove this one"
 
 
@@ -78,6 +83,15 @@ class Journal:
             self.path.unlink()
         self.there.clear()
 
+    def columns(self, runs: int) -> pa.Table:
+        """Return the kept trials of the runs below `runs`, each once and in order, as a table of `SCHEMA`.
+
+        Raises InputError for a line with a matching checksum that is no trial.
+        """
+        with system_errors_about(self.path):
+            found = pa.concat_tables([SCHEMA.empty_table(), *map(columns_in, _blocks(self.path))])
+        return in_order(found, runs)
+
     def __iter__(self) -> Iterator[Trial]:
         """Yield every kept trial once, in order of completion."""
         seen = set()
@@ -98,6 +112,14 @@ def _keys(path: Path) -> Iterator[tuple[int, int]]:
             found = KEY.match(line)
             if found:
                 yield int(found[1]), int(found[2])
+
+
+def _blocks(path: Path) -> Iterator[bytes]:
+    """Yield the lines after the first that match their checksums, about BLOCK_BYTES at a time."""
+    with path.open("rb") as file:
+        next(file)
+        while lines := file.readlines(BLOCK_BYTES):
+            yield b"".join(line for line in lines if matches(line))
 
 
 def _read(line: bytes) -> Trial | None:

@@ -13,7 +13,7 @@ from recordings.files import canonical_json, system_errors_about, write_text
 from validation.bound.ratio import LeastErrors
 from validation.bound.runs import RunBounds
 from validation.comparison.design import Design
-from validation.comparison.sealed_lines import matches, sealed, unsealed
+from validation.comparison.sealed_lines import matches, sealed
 
 BOUNDS = "bounds.jsonl"
 
@@ -63,5 +63,5 @@ class KeptBounds:
         kept = [line for line in lines[1:] if matches(line)] if lines[:1] == [first] else []
         if lines != [first, *kept]:  # another design's, damaged, or torn by a kill
             write_text(self.path, b"".join([first, *kept]).decode())
-        found = filter(None, map(unsealed, kept))
+        found = map(json.loads, kept)
         return {(one["point"], one["run"]): {(of, column): v for of, column, v in one["least"]} for one in found}

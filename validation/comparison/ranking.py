@@ -146,8 +146,7 @@ def _ranked(table: TrialTable, name: str, values: Array, point: int) -> RankedCa
 
 def frequent_reason(table: TrialTable, name: str, point: int = 0) -> str:
     """Return the most frequent reason of a calibrator's failures at a point, "" without any."""
-    failed = table.failed(name, point)
-    reasons = Counter(text for text, bad in zip(table.texts("reason", name, point), failed, strict=True) if bad)
+    reasons = Counter(table.texts("reason", name, point)[table.failed(name, point)].tolist())
     return max(reasons, key=lambda text: reasons[text], default="")
 
 

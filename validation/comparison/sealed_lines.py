@@ -18,8 +18,7 @@ def sealed(content: str) -> bytes:
 
 def matches(line: bytes) -> bool:
     """Return whether a line is as `sealed` made the line."""
-    size = len(_seal(b""))
-    return line[:size] == _seal(line[size:])
+    return line[:SEAL_BYTES] == _seal(line[SEAL_BYTES:])
 
 
 def unsealed(line: bytes) -> dict[str, Any] | None:
@@ -32,3 +31,7 @@ def unsealed(line: bytes) -> dict[str, Any] | None:
 
 def _seal(rest: bytes) -> bytes:
     return b'{"sha256":"' + hashlib.sha256(rest).hexdigest()[:DIGITS].encode() + b'",'
+
+
+SEAL_BYTES = len(_seal(b""))
+"""Length of a line's checksum with the bytes around the digits."""

@@ -97,4 +97,5 @@ def _row(one: ScoredCalibration) -> TrialRow:
     finite = {name: value for name, value in scores.items() if np.isfinite(value)}
     kept = finite if calibration.has_estimate else {}
     status = calibration.status
-    return TrialRow(one.fit.key, status.kind, status.reason, kept, calibration.wall_s, one.fit.cpu_s)
+    reason = status.reason.encode(errors="replace").decode()  # a program may give half of a surrogate pair
+    return TrialRow(one.fit.key, status.kind, reason, kept, calibration.wall_s, one.fit.cpu_s)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from array import array
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.compute as pc
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
@@ -21,7 +21,8 @@ from scenarios.errors import InputError
 from scenarios.sweep import Value
 from validation.comparison.design import Design
 from validation.comparison.trial import Trial
-from validation.scoring.definitions import SCORE_DEFINITIONS, score_definition
+from validation.comparison.trial_columns import COLUMNS, TIMES, WORDS, columns_of, in_order
+from validation.scoring.definitions import score_definition
 from validation.scoring.evaluation import UNCORRECTED
 
 TRIALS, TIMINGS = "trials.parquet", "timings.parquet"
@@ -29,10 +30,7 @@ KINDS = {name: pa.int64() for name in ("point", "run", "seed")} | {
     name: pa.string() for name in ("calibrator", "status", "reason")
 }
 KEYS = tuple(KINDS)
-TIMES = ("wall_s", "cpu_s")
 WRITTEN = "give what `magbench compare` wrote"
-COLUMNS = tuple(meaning.column for meaning in SCORE_DEFINITIONS.values())
-"""Columns of all scores, in the order of the definitions."""
 
 
 @dataclass(frozen=True)
@@ -48,11 +46,22 @@ class TrialTable:
 
     @classmethod
     def of(cls, design: Design, trials: Iterable[Trial]) -> TrialTable:
-        """Build the table of trials in any order; memory holds columns, not trial objects."""
-        gathered = _Columns(design.calibrators)
-        for trial in trials:
-            gathered.add(trial)
-        return cls(gathered.table(design), gathered.sorted_times())
+        """Build the table of trials in any order."""
+        return cls.of_columns(design, in_order(columns_of(trials)))
+
+    @classmethod
+    def of_columns(cls, design: Design, trials: pa.Table) -> TrialTable:
+        """Build the table of trials `in_order`, of `trial_columns.SCHEMA`."""
+        width = len(design.calibrators)
+        point, run = (np.repeat(trials.column(name).to_numpy(), width) for name in ("point", "run"))
+        rows = trials.column("rows").combine_chunks().flatten()
+        columns: dict[str, Any] = {"point": point}
+        columns |= {key: _swept_column(design, key, point) for key in design.swept}
+        columns |= {"run": run, "seed": np.full(len(run), design.seed)}
+        columns["calibrator"] = list(design.calibrators) * len(trials)
+        columns |= {name: rows.field(name) for name in WORDS}
+        columns |= {name: values for name, values in _scores(rows) if len(values) > values.null_count}
+        return cls(pa.table(columns), {name: rows.field(name).to_numpy() for name in TIMES})
 
     @classmethod
     def read(cls, path: Path) -> TrialTable:
@@ -99,7 +108,7 @@ class TrialTable:
         """Dotted keys of the swept values."""
         return tuple(name for name in self.columns.column_names if name not in KEYS and name not in COLUMNS)
 
-    @property
+    @cached_property
     def points(self) -> dict[int, dict[str, Value]]:
         """Swept values by number of the point."""
         numbers, first = np.unique(self._array("point"), return_index=True)
@@ -127,9 +136,10 @@ class TrialTable:
         """Return whether the status is not "ok" (n,), by run."""
         return np.asarray(self._array("status")[self._rows(calibrator, point)] != "ok", dtype=np.bool_)
 
-    def texts(self, name: str, calibrator: str, point: int = 0) -> list[str]:
-        """Return status or reason of a calibrator at a point, by run."""
-        return [str(word) for word in self._array(name)[self._rows(calibrator, point)]]
+    def texts(self, name: str, calibrator: str, point: int = 0) -> NDArray[np.object_]:
+        """Return status or reason (n,) of a calibrator at a point, by run."""
+        found: NDArray[np.object_] = self._array(name)[self._rows(calibrator, point)]
+        return found
 
     def time_s(self, name: str, calibrator: str, point: int = 0) -> Array:
         """Return `wall_s` or `cpu_s` (n,) of the fits; NaN without timings."""
@@ -141,8 +151,18 @@ class TrialTable:
         if calibrator not in names:
             raise InputError(f"no calibrator {calibrator!r} in the table", do=f"choose among {', '.join(names)}")
         # every trial has a row for each calibrator, in this order
-        trials = np.flatnonzero(self._array("point")[:: len(names)] == point)
-        return trials * len(names) + names.index(calibrator)
+        return self._first_rows(point) + names.index(calibrator)
+
+    def _first_rows(self, point: int) -> NDArray[np.int64]:
+        """Return the first row of every trial at a point."""
+        if point not in self._starts:
+            width = len(self.calibrators)
+            self._starts[point] = np.flatnonzero(self._array("point")[::width] == point) * width
+        return self._starts[point]
+
+    @cached_property
+    def _starts(self) -> dict[int, NDArray[np.int64]]:
+        return {}
 
     def _array(self, name: str) -> NDArray[Any]:
         """Return a column as an array (n,): numbers with NaN for null, or text; converted once."""
@@ -179,55 +199,10 @@ def _check_rows(file: Path, table: pa.Table) -> None:
         raise InputError("holds a trial twice", where=str(file), do=WRITTEN)
 
 
-class _Columns:
-    """Columns that grow trial by trial and are sorted at the end."""
-
-    def __init__(self, calibrators: Sequence[str]) -> None:
-        self.calibrators = calibrators
-        self.point, self.run = array("q"), array("q")
-        self.numbers = {name: array("d") for name in (*COLUMNS, *TIMES)}
-        self.words: dict[str, list[str]] = {"status": [], "reason": []}
-
-    def add(self, trial: Trial) -> None:
-        self.point.append(trial.point)
-        self.run.append(trial.run)
-        for row in trial.rows:
-            for name in COLUMNS:
-                self.numbers[name].append(row.scores.get(name, np.nan))
-            self.numbers["wall_s"].append(row.wall_s)
-            self.numbers["cpu_s"].append(row.cpu_s)
-            self.words["status"].append(row.status)
-            self.words["reason"].append(row.reason)
-
-    def table(self, design: Design) -> pa.Table:
-        point, run = (np.repeat(values[self._trials()], len(self.calibrators)) for values in self._keys())
-        columns: dict[str, Any] = {"point": point}
-        columns |= {key: _swept_column(design, key, point) for key in design.swept}
-        columns |= {"run": run, "seed": np.full(len(run), design.seed)}
-        columns["calibrator"] = list(self.calibrators) * len(self.point)
-        columns |= {name: [words[row] for row in self._rows()] for name, words in self.words.items()}
-        columns |= self._scores()
-        return pa.table(columns)
-
-    def sorted_times(self) -> dict[str, Array]:
-        return {name: np.array(self.numbers[name])[self._rows()] for name in TIMES}
-
-    def _scores(self) -> dict[str, pa.Array]:
-        """Return the scores present in any row; NaN becomes null."""
-        found = {name: np.array(self.numbers[name])[self._rows()] for name in COLUMNS}
-        return {name: pa.array(values, from_pandas=True) for name, values in found.items() if np.isfinite(values).any()}
-
-    def _keys(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        return np.array(self.point, dtype=np.int64), np.array(self.run, dtype=np.int64)
-
-    def _trials(self) -> NDArray[np.int64]:
-        point, run = self._keys()
-        return np.lexsort((run, point))
-
-    def _rows(self) -> NDArray[np.int64]:
-        """Return row indices in the order of the table: sorted by trial, rows of a trial unchanged."""
-        width = len(self.calibrators)
-        return (self._trials()[:, None] * width + np.arange(width)).ravel()
+def _scores(rows: pa.StructArray) -> Iterator[tuple[str, pa.Array]]:
+    """Yield name and values of every score; a value that is not finite becomes null."""
+    for name, values in zip(COLUMNS, rows.field("scores").flatten(), strict=True):
+        yield name, pc.if_else(pc.is_finite(values), values, None)
 
 
 def _swept_column(design: Design, key: str, point: NDArray[np.int64]) -> pa.Array:
