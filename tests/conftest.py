@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import subprocess
@@ -17,6 +18,15 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):  # a worker a core; be
 for _number in (signal.SIGINT, signal.SIGHUP):  # ignored under nohup and in the background, and so in every child
     if signal.getsignal(_number) == signal.SIG_IGN:
         signal.signal(_number, signal.default_int_handler if _number == signal.SIGINT else signal.SIG_DFL)
+
+
+gc.disable()  # until all tests are collected: their hundred thousands of objects are no garbage
+
+
+def pytest_collection_finish() -> None:
+    """Collect garbage from here on, and never go through what was there before."""
+    gc.freeze()
+    gc.enable()
 
 
 @pytest.fixture(scope="session")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import bisect
 import io
+import re
 import tokenize
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -17,6 +18,8 @@ SPACE = {
     *(tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER),
 }
 BRANCHES = (ast.If, ast.For, ast.While, ast.ExceptHandler, ast.IfExp, ast.comprehension)
+WORD = re.compile(r"\w+|[^\w\s]")
+"""A word or a sign, of which nearly every token has one or more."""
 COMPILED = ("njit", "kernel", "cfunc")
 
 
@@ -29,13 +32,24 @@ class Measured:
     complexity: int
 
 
-def functions(path: Path) -> Iterator[Measured]:
-    """Every function of a file but numba's kernels."""
-    text = io.StringIO(path.read_text(encoding="utf-8"))
-    lines = [token.start[0] for token in tokenize.generate_tokens(text.readline) if token.type not in SPACE]
+def functions(path: Path, least: int = 0) -> Iterator[Measured]:
+    """Every function of a file but numba's kernels; of one with fewer words and signs than `least` no token is counted.
+
+    To take a file apart into tokens takes longer than to parse it, and nearly all functions are short.
+    """
+    text = path.read_text(encoding="utf-8")
+    rows, lines = text.splitlines(), list[int]()
     for node in ast.walk(parsed(path)):
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef) and not _is_kernel(node):
-            yield Measured(f"{path.stem}.{node.name}", _tokens(node, lines), _complexity(node))
+            counted = len(WORD.findall("\n".join(rows[node.lineno - 1 : node.end_lineno]))) >= least
+            lines = lines or (_lines(text) if counted else [])
+            yield Measured(f"{path.stem}.{node.name}", _tokens(node, lines) if counted else 0, _complexity(node))
+
+
+def _lines(text: str) -> list[int]:
+    """The line of every token."""
+    tokens = tokenize.generate_tokens(io.StringIO(text).readline)
+    return [token.start[0] for token in tokens if token.type not in SPACE]
 
 
 def complexities(path: Path) -> Iterator[tuple[str, int]]:

@@ -22,6 +22,7 @@ import tables
 
 import magbench.viewer
 import sim.scenario
+import validation.comparison.engine
 import validation.planning.refinement
 from magbench.cli import main
 from papers import PAPERS
@@ -33,6 +34,7 @@ from tests.conftest import ROOT
 from tests.imports import ORDER
 from tests.short import cuts
 from validation.calibrating.export import FORMATS
+from validation.comparison.engine import SerialEngine
 
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 OTHERS = [ROOT / name for name in ("ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md", "REFERENCES.md")]
@@ -43,6 +45,8 @@ QUICKEST = "zhou2012"
 """The paper that stands for all where a page reproduces one."""
 LONG = (
     "own-calibrator",
+    "calibrators",
+    "measured",
     "python",
     "verdicts",
     "report",
@@ -54,7 +58,7 @@ LONG = (
     "diagnosis",
     "logs",
 )
-"""Pages whose commands take seven seconds and more: the nightly run follows them."""
+"""Pages whose commands take three seconds and more: the nightly run follows them, and README by day too."""
 MODULE = re.compile(r"# (\w+\.py)\n")
 """The first line of a snippet that is a file of the reader's."""
 NOT_OURS = ("polars", "duckdb", "datasets")
@@ -72,7 +76,10 @@ def shell_lines(page: Path) -> list[str]:
 
 @pytest.fixture
 def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A directory to work in, with the logs that the pages speak of; scenarios and searches are cut short."""
+    """A directory to work in, with the logs that the pages speak of; scenarios and searches are cut short.
+
+    Trials are computed in this process, since others take longer to start.
+    """
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("HF_HUB_OFFLINE", "1")
     load = sim.scenario.load
@@ -83,6 +90,7 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr(sim.scenario, "load", short)
     monkeypatch.setattr(validation.planning.refinement, "STEPS_DEG", validation.planning.refinement.STEPS_DEG[:1])
     monkeypatch.setattr(validation.planning.refinement, "MOST_ROUNDS", 1)
+    monkeypatch.setattr(validation.comparison.engine, "ProcessEngine", lambda jobs: SerialEngine())
     rng = np.random.default_rng(0)
     field = rng.standard_normal((300, 3))
     field *= 48.152 / np.linalg.norm(field, axis=1, keepdims=True)

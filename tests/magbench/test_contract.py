@@ -14,6 +14,7 @@ from magbench.cli import main
 from tests.magbench.test_bad_input import log
 from tests.results import check_files, check_printed
 from tests.validation.gates.conftest import gate_text
+from validation.comparison.engine import SerialEngine
 
 COMMANDS = sorted(program().commands)
 STILL = "turntable-twelve-stops"
@@ -30,7 +31,7 @@ GOOD: dict[str, tuple[str, ...]] = {
     "plan": ("plan", "hand", "--time", "120", "--trials", "0", "-o", "out"),
     "read": ("read", "log.csv", "-o", "read.parquet"),
     "recheck": ("recheck", "calibration.json", "log.csv", "--field-strength-nT", "34000"),
-    "reproduce": ("reproduce", "zhou2012", "--seeds", "2", "-o", "out"),
+    "reproduce": ("reproduce", "zhou2012", "--seeds", "2", "--jobs", "1", "-o", "out"),
     "run": ("run", STILL, "-o", "out"),
     "schema": ("schema", "gates"),
     "show": ("show", "recording.rrd"),
@@ -61,13 +62,14 @@ BAD: dict[str, tuple[str, ...]] = {
 
 @pytest.fixture
 def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A directory to work in, with a log, a calibration and a recording; the viewer's window is left out."""
+    """A directory to work in, with a log, a calibration and a recording; no window of a viewer, no other process."""
     log(tmp_path / "log.csv")
     calibration = {"sphere": {"offset_nT": [0, 0, 0], "matrix": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}}
     (tmp_path / "calibration.json").write_text(json.dumps(calibration))
     (tmp_path / "recording.rrd").write_bytes(b"RRF2")
     (tmp_path / "gates.toml").write_text(gate_text("a", set=["phases.0.duration_s=40"], limit=1e4))
     monkeypatch.setattr("magbench.viewer.view", lambda file, web: None)
+    monkeypatch.setattr("validation.comparison.engine.ProcessEngine", lambda jobs: SerialEngine())
     monkeypatch.chdir(tmp_path)
     return tmp_path
 

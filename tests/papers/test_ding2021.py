@@ -122,7 +122,7 @@ def test_tensor_picture():
 
 @pytest.mark.slow
 def test_whole_reproduction():
-    findings = Ding2021(seeds=2).run(jobs=2)
+    findings = Ding2021(seeds=2).run(jobs=1)
     assert len({row.what for row in findings.rows}) == len(findings.rows) > 30
     assert all(row.holds for row in findings.rows if "no noise: all 48" in row.what)
     assert set(findings.figures) == {"convergence", "tensor"}

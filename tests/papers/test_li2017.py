@@ -107,7 +107,7 @@ def test_fuzzy_part_matters_only_where_the_state_variance_is_small():
 
 @pytest.mark.slow
 def test_every_row_is_judged():
-    findings = Li2017(seeds=2).run(jobs=2)
+    findings = Li2017(seeds=2).run(jobs=1)
     assert isinstance(findings, Findings)
     assert len(findings.rows) > 20
     assert all(row.paper and row.ours and row.judged.tolerance and row.judged.reason for row in findings.rows)
