@@ -53,6 +53,12 @@ SECONDS_A_FIT = ("ide_gradiometer", "de_gradiometer", "ga_gradiometer")
 """Searches over all parameters of an array: the night run alone repeats them much."""
 
 
+OTHER_SEARCHES = SECONDS_A_FIT[1:]
+"""Those that the first stands for by day, where all three go through the same lines."""
+SLOW_WITHOUT_ANSWER = ("strength_dip", "gyro_accel_ml", "gyro_ml", "ellipsoid_segmented", "motor_ellipsoid")
+"""Calibrators that try for a second or more where the data tell nothing."""
+
+
 def expected(name: str) -> Expected:
     """What a calibrator must hold."""
     return EXPECTED.get(name, Expected())

@@ -12,7 +12,7 @@ from calib.acceptance import CorrectedField, residual_of, unsupported, widened
 from calib.result import OFFSET_NAMES
 from recordings import Recording
 from tests.calib.conftest import REFERENCE
-from tests.calib.expected import expected
+from tests.calib.expected import SECONDS_A_FIT, SLOW_WITHOUT_ANSWER, expected
 from tests.calib.flickering import flicker
 from tests.calib.test_contract import with_all
 
@@ -76,8 +76,20 @@ LEFT_IN = (spiked,)
 """Cases that are fitted with wild values left in; `test_robust` has them left out."""
 
 
-@ALL
-@pytest.mark.parametrize("case", CASES, ids=lambda case: case.__name__)
+def marks(name, k):
+    """Of a calibrator that tries for long every third case by day, taken in turn; every case of the others."""
+    slow = (*SLOW_WITHOUT_ANSWER, *SECONDS_A_FIT)
+    return [pytest.mark.slow] * (name in slow and (slow.index(name) + k) % 3 != 0)
+
+
+@pytest.mark.parametrize(
+    ("case", "name"),
+    [
+        pytest.param(case, name, marks=marks(name, k), id=f"{case.__name__}-{name}")
+        for k, case in enumerate(CASES)
+        for name in CALIBRATORS
+    ],
+)
 def test_never_ok_where_nothing_can_be_known(name, case, standard):
     method = replace(get(name), robust=case not in LEFT_IN)
     if hasattr(method, "iterations"):

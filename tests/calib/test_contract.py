@@ -11,9 +11,12 @@ from scipy.spatial.transform import Rotation
 
 from calib import CALIBRATORS, Calibration, Reference, from_json, get, to_json
 from scenarios.errors import InputError
-from tests.calib.expected import SECONDS_A_FIT, expected
+from tests.calib.expected import OTHER_SEARCHES, SECONDS_A_FIT, expected
 
 ALL = pytest.mark.parametrize("name", list(CALIBRATORS))
+ONE_OF_THE_SEARCHES = pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in OTHER_SEARCHES)) for name in CALIBRATORS]
+)
 QUICK = pytest.mark.parametrize(
     "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in SECONDS_A_FIT)) for name in CALIBRATORS]
 )
@@ -129,7 +132,7 @@ def test_a_log_without_wild_values_is_fitted_as_if_none_were_looked_for(name, st
     assert to_json(replace(other, wall_s=0.0)) == to_json(replace(one, wall_s=0.0))
 
 
-@ALL
+@ONE_OF_THE_SEARCHES
 def test_same_seed_same_bytes_and_the_recording_is_never_modified(name, standard):
     recording, one = usual(name, standard)
     before = {f.name: np.copy(v) for f in fields(recording) if isinstance(v := getattr(recording, f.name), np.ndarray)}
@@ -154,7 +157,7 @@ def test_too_few_samples(name, standard):
     assert "record longer" in status.reason
 
 
-@ALL
+@ONE_OF_THE_SEARCHES
 @pytest.mark.parametrize(
     ("seed", "n"),
     [(None, 3600), (7, 600), *(pytest.param(seed, 36_000, marks=pytest.mark.slow) for seed in (None, 7))],

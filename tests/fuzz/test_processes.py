@@ -14,16 +14,17 @@ from tests.fuzz.contract import check_answer, check_dataset, check_written, hold
 from tests.fuzz.material import CALIBRATION, SCENARIO, log_table, scenario_in
 from tests.fuzz.test_recordings import _write as write_table
 from tests.fuzz.test_recordings import check as check_recording  # noqa: F401
+from tests.nightly import first_daily
 
 Cli = Callable[..., "subprocess.CompletedProcess[str]"]
 WRONG = {
+    "calibration": ("apply", "calibration.json", "log.parquet", "-o", "out/corrected.csv", "--with", "\udcff"),
     "scenario": ("simulate", "tiny.toml", "-o", "out", "--set", "seed=" + "[" * 5000),
     "recording": ("calibrate", "log.parquet", "-o", "out", "--field-strength-nT", "nan"),
-    "calibration": ("apply", "calibration.json", "log.parquet", "-o", "out/corrected.csv", "--with", "\udcff"),
 }
 
 
-@pytest.mark.parametrize("kind", WRONG)
+@pytest.mark.parametrize("kind", first_daily(WRONG))
 def test_wrong_use_as_a_process(kind: str, tmp_path: Path, cli: Cli) -> None:
     scenario_in(tmp_path)
     write_table(log_table(), tmp_path / "log.parquet", None)

@@ -9,6 +9,7 @@ import pytest
 
 import magbench
 from recordings import Recording
+from tests.nightly import first_daily
 from tests.validation.screening.tumbling import F_NT, tumble
 
 CASES = sorted(
@@ -40,7 +41,7 @@ def test_of_every_small_log(path: Path) -> None:
 
 @pytest.mark.parametrize("strength_nT", [F_NT, 39_000.0])
 @pytest.mark.parametrize("fault", FAULTS)
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", first_daily(range(5), daily=2))
 def test_of_disturbed_recordings(seed: int, fault: str, strength_nT: float) -> None:
     """The reference's strength scales the answer only."""
     check(disturbed(seed, fault), strength_nT)

@@ -154,7 +154,7 @@ def test_json_alone_is_on_standard_output(tmp_path: Path, cli) -> None:  # type:
     assert ": 1 run, " in done.stderr
 
 
-@pytest.mark.parametrize("arguments", [("list", "effects"), ("schema",), ("--help",)])
+@pytest.mark.parametrize("arguments", first_daily([("list", "effects"), ("--help",), ("schema",)], daily=2))
 def test_a_reader_that_has_gone_is_no_error(arguments: tuple[str, ...]) -> None:
     reader, writer = os.pipe()
     os.close(reader)
@@ -186,7 +186,7 @@ sys.exit(main())
 INTERRUPTED = "magbench: interrupted; the same command resumes"
 
 
-@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("sent", first_daily([signal.SIGINT, signal.SIGTERM]))
 @pytest.mark.parametrize("at", [1, 10, 100, 400, 800])
 def test_a_signal_while_modules_are_imported_ends_in_one_line(sent: signal.Signals, at: int, tmp_path: Path) -> None:
     command = ["simulate", "auv-dive", "-o", str(tmp_path / "out")]

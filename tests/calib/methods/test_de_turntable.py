@@ -13,6 +13,7 @@ from calib.methods.de_turntable import DeTurntable, observability
 from calib.models.turntable import NAMES, TurnSpace, axes_matrix, costs, derivatives
 from calib.search.differential import RandOne
 from recordings import Recording
+from tests.nightly import first_daily
 
 TRUTH = np.array([0.013572, 0.000115, -0.006312, -0.021201, -0.003657])
 LEVEL_NT, UP_NT = 34_000.0, -36_000.0
@@ -63,7 +64,7 @@ def test_noise_free_turn_gives_the_truth_back():
     assert np.ptp(fit.apply(turn())[:, 2]) < 1e-4
 
 
-@pytest.mark.parametrize("known_total", [False, True])
+@pytest.mark.parametrize("known_total", first_daily([False, True]))
 def test_errors_are_as_large_as_claimed(known_total):
     method = DeTurntable(known_total=known_total)
     fits = [method.fit(turn(seed=s), REFERENCE, np.random.default_rng(s)) for s in range(60)]

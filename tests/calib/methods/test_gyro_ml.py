@@ -37,7 +37,9 @@ def rms_nT(results, standard):
     return np.sqrt(np.mean([np.sum((r.offset_nT - standard.HARD_NT) ** 2) for r in results]))
 
 
-@pytest.mark.parametrize(("motion", "count"), [("full", 5), ("pitch", 5), ("auv", 10)])
+@pytest.mark.parametrize(
+    ("motion", "count"), [("full", 5), ("pitch", 5), pytest.param("auv", 10, marks=pytest.mark.slow)]
+)
 def test_hard_iron_reaches_the_bound_and_all_is_claimed_so(motion, count, standard):
     results = fits(standard, motion, range(count))
     assert {r.status.kind for r in results} == {"ok"}

@@ -15,6 +15,7 @@ from calib.models.ellipsoid import Ellipsoid, Standardised, norm_coordinates, sy
 from calib.models.norm import noise_sums, norm_cost, norm_derivatives
 from recordings import read_recording
 from scenarios.errors import InputError
+from tests.nightly import first_daily
 
 TURN = Rotation.from_euler("ZYX", [0.05, -0.03, 0.08]).as_matrix()
 
@@ -97,7 +98,7 @@ def test_level_survey_is_never_falsely_ok(standard):
         assert result.status.reason
 
 
-@pytest.mark.parametrize("motion", ["full", "pitch"])
+@pytest.mark.parametrize("motion", first_daily(["pitch", "full"]))
 def test_degenerate_minimum_is_never_taken_for_a_calibration(motion, standard):
     """From 200 random starts: the same answer as from the two-step start, or a failure that says so."""
     recording = standard.recording(motion, 3, n=720)

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from calib import Reference, get
 from calib.methods.strength_dip import StrengthDip
 from recordings import Recording
+from tests.nightly import first_daily
 
 FIELD_ENU_NT = 48_000.0 * np.array([0.0, np.cos(np.radians(64.0)), -np.sin(np.radians(64.0))])
 SOFT = np.array([[1.05, 0.02, -0.01], [0.02, 0.96, 0.015], [-0.01, 0.015, 1.01]])
@@ -35,7 +36,7 @@ def test_without_noise_all_is_found_in_the_axes_of_the_accelerometer():
     assert fit.parameters["inclination_rad"] == pytest.approx(np.radians(-64.0), abs=1e-6)
 
 
-@pytest.mark.parametrize("reference", [STRENGTH, VECTOR])
+@pytest.mark.parametrize("reference", first_daily([STRENGTH, VECTOR]))
 def test_the_claim_holds_the_offset_in_95_percent(reference):
     rng = np.random.default_rng(1)
     distances = []

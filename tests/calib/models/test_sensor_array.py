@@ -29,6 +29,7 @@ from calib.models.sensor_array import (
 from recordings import Recording
 from scenarios.errors import InputError
 from sim.effects.papers import ding2021_axes, ding2021_turn
+from tests.calib.expected import OTHER_SEARCHES
 
 STRENGTH_NT = 52_000.0
 REFERENCE = Reference(STRENGTH_NT)
@@ -146,7 +147,9 @@ def test_other_numbers_of_sensors(k):
     np.testing.assert_allclose(found(fit, k)[:, :3], truth[:, :3], atol=1e-4)
 
 
-@pytest.mark.parametrize("name", METHODS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(one, marks=[pytest.mark.slow] * (one in OTHER_SEARCHES)) for one in METHODS]
+)
 def test_statuses(name):
     recording, _, _ = draw(7, noise_nT=5.0)
     ten = replace(

@@ -8,6 +8,7 @@ from scipy.signal import lfilter
 from scipy.stats import chi2, ncx2, norm
 
 from scenarios.arrays import Array
+from tests.nightly import first_daily
 from validation.rechecking.noise import WanderingFit, _restricted
 from validation.rechecking.tails import chance_of, reach, size_found
 
@@ -46,7 +47,7 @@ def test_the_likelihood_is_that_of_dense_matrices() -> None:
     assert white == pytest.approx(left / free)
 
 
-@pytest.mark.parametrize("q", [0.0, 2.0])
+@pytest.mark.parametrize("q", first_daily([0.0, 2.0]))
 def test_one_in_twenty_fits_lies_outside_its_95_percent(q: float) -> None:
     """Of 200 fits to 200 samples between 3 and 22 outside: fewer or more once in 100 runs; 40 outside if white."""
     rng, outside = np.random.default_rng(1), 0
