@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import compress
 
 import numpy as np
 
@@ -146,7 +147,7 @@ def _ranked(table: TrialTable, name: str, values: Array, point: int) -> RankedCa
 
 def frequent_reason(table: TrialTable, name: str, point: int = 0) -> str:
     """Return the most frequent reason of a calibrator's failures at a point, "" without any."""
-    reasons = Counter(table.texts("reason", name, point)[table.failed(name, point)].tolist())
+    reasons = Counter(compress(table.texts("reason", name, point), table.failed(name, point)))
     return max(reasons, key=lambda text: reasons[text], default="")
 
 

@@ -136,9 +136,9 @@ class TrialTable:
         """Return whether the status is not "ok" (n,), by run."""
         return np.asarray(self._array("status")[self._rows(calibrator, point)] != "ok", dtype=np.bool_)
 
-    def texts(self, name: str, calibrator: str, point: int = 0) -> NDArray[np.object_]:
-        """Return status or reason (n,) of a calibrator at a point, by run."""
-        found: NDArray[np.object_] = self._array(name)[self._rows(calibrator, point)]
+    def texts(self, name: str, calibrator: str, point: int = 0) -> list[str]:
+        """Return status or reason of a calibrator at a point, by run."""
+        found: list[str] = self._array(name)[self._rows(calibrator, point)].tolist()
         return found
 
     def time_s(self, name: str, calibrator: str, point: int = 0) -> Array:
