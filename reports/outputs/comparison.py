@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from recordings.files import locked_directory, remove_leftovers, write_text
+from reports.outputs.kept_recordings import RECORDINGS, KeptRecordings
 from reports.outputs.run import calibrate_and_score
 from reports.pages.comparison import Comparison, comparison_page, point_title
 from reports.viewer import write_recording
@@ -40,7 +41,7 @@ Progress = Callable[[float, int], object]
 """Called with (pieces done, pieces in all): trials and recordings, from 0."""
 SHOWN = ("best", "median", "worst")
 """The trials of the best calibrator that are recorded."""
-ANSWER, REPORT, RECORDINGS = "comparison.json", "report.html", "recordings"
+ANSWER, REPORT = "comparison.json", "report.html"
 
 
 @dataclass(frozen=True)
@@ -95,7 +96,7 @@ def compare(
         write_text(out / ANSWER, json.dumps(summary(found, design.seed), indent=1, allow_nan=False) + "\n")
         write_text(out / REPORT, comparison_page(found, design.seed))
         total = _pieces(design, trials)
-        _record(design, found, out / RECORDINGS, lambda done: progress(total - len(SHOWN) + done, total))
+        _record(KeptRecordings(out, design), found, lambda done: progress(total - len(SHOWN) + done, total))
     return found
 
 
@@ -237,20 +238,22 @@ def _looked_at(table: TrialTable, first: Ranking) -> str:
     return f"Of {first.best.calibrator}'s trials at the first point {which}: open them with magbench show."
 
 
-def _record(design: Design, comparison: Comparison, out: Path, progress: Callable[[int], object]) -> None:
+def _record(kept: KeptRecordings, comparison: Comparison, progress: Callable[[int], object]) -> None:
     """Write recordings of the best calibrator's best, median and worst trial at the first point; fit each run once.
 
-    progress: called with the number of finished recordings, from 0.
+    Recordings that are there already stay. progress: called with the number of finished recordings, from 0.
     """
-    out.mkdir(exist_ok=True)
+    (kept.out / RECORDINGS).mkdir(exist_ok=True)
     shown = _shown_runs(comparison.table, comparison.answers[0])
-    done = 0
-    for run in dict.fromkeys(shown.values()):
-        progress(done)
-        outcome = _outcome(design, run)
-        for name in (name for name in shown if shown[name] == run):
-            write_recording(outcome, out / f"{name}.rrd")
-            done += 1
+    if not kept.show(shown):
+        done = 0
+        for run in dict.fromkeys(shown.values()):
+            progress(done)
+            outcome = _outcome(kept.design, run)
+            for name in (name for name in shown if shown[name] == run):
+                write_recording(outcome, kept.file(name))
+                done += 1
+        kept.keep(shown)
     progress(len(SHOWN))
 
 

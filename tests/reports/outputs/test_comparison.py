@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -85,6 +86,30 @@ def test_a_trial_that_is_shown_twice_is_fitted_once(design: Design, tmp_path: Pa
     compare(design, 1, tmp_path, SerialEngine())
     assert len(scored) == 1
     assert len(list((tmp_path / "recordings").iterdir())) == 3
+
+
+def test_a_repeat_makes_changed_and_missing_recordings_alone(
+    out: Path, design: Design, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    scored: list[object] = []
+    score = comparison.calibrate_and_score
+    monkeypatch.setattr(
+        comparison, "calibrate_and_score", lambda *given, **more: (scored.append(1), score(*given, **more))[1]
+    )
+    place = Path(shutil.copytree(out, tmp_path / "copy"))
+    best, listed = place / "recordings" / "best.rrd", place / "recordings.jsonl"
+    whole = best.read_bytes()
+    for change, fitted in (
+        (lambda: None, 0),
+        (lambda: best.write_bytes(whole[:-1] + b"?"), 3),
+        (lambda: listed.write_text(listed.read_text().replace('"run":', '"run":1')), 3),
+        (best.unlink, 3),
+    ):
+        change()
+        scored.clear()
+        compare(design, 6, place, SerialEngine())
+        assert len(scored) == fitted
+        assert best.read_bytes()[-1:] == whole[-1:]
 
 
 def test_a_larger_number_extends_and_a_smaller_one_reads_less(out: Path, design: Design):
