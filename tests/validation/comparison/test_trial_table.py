@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import random
 from dataclasses import replace
 from pathlib import Path
@@ -117,3 +118,13 @@ def test_a_column_that_is_missing_is_named(table: TrialTable, tmp_path: Path) ->
     pq.write_table(table.columns.drop_columns(["status"]), tmp_path / TRIALS)
     with pytest.raises(InputError, match="there is no column status"):
         TrialTable.read(tmp_path)
+
+
+def test_a_damaged_page_is_refused_and_never_read_as_other_figures(table: TrialTable, tmp_path: Path) -> None:
+    table.write(tmp_path)
+    whole, rows = (tmp_path / TRIALS).read_bytes(), pq.read_metadata(tmp_path / TRIALS).row_group(0)
+    ends = [rows.column(k).data_page_offset for k in range(rows.num_columns)]
+    for place in range(4, max(ends), 7):
+        (tmp_path / TRIALS).write_bytes(whole[:place] + bytes([whole[place] ^ 8]) + whole[place + 1 :])
+        with contextlib.suppress(InputError):
+            assert TrialTable.read(tmp_path).columns.equals(table.columns)
