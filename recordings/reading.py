@@ -59,6 +59,8 @@ class Reading:
         if self.unit is not None and self.unit not in (*UNITS["mag"], COUNT):
             do = f"choose among {', '.join((*UNITS['mag'], COUNT))}"
             raise InputError(f"{self.unit!r} is no unit of a field", where="--unit", do=do)
+        if not isinstance(self.stream, str | None):
+            raise InputError(f"{self.stream!r} is no word", where="--stream", do="give the word of the sensor's rows")
         if self.frame is not None and self.frame not in FRAMES:
             raise InputError(f"{self.frame!r} is no frame", where="--frame", do=f"choose among {', '.join(FRAMES)}")
         if self.axes is not None:
@@ -162,7 +164,9 @@ def report(*lines: str) -> None:
 
 
 def _texts(value: str | Sequence[str]) -> tuple[str, ...]:
-    names = value.split(",") if isinstance(value, str) else value
+    names = value.split(",") if isinstance(value, str) else tuple(value)
+    if not all(isinstance(name, str) for name in names):
+        raise InputError(f"{value!r} holds what is no name", where="columns", do="give names as texts")
     return tuple(name.strip() for name in names)
 
 
@@ -179,7 +183,7 @@ def _place(value: str | Sequence[float] | None) -> tuple[float, ...] | None:
     do = "give latitude and longitude in degrees, and if known the altitude in m: 47.37,8.54,400"
     try:
         numbers = tuple(float(part) for part in parts)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise InputError(f"{value!r} is no place", where="--place", do=do) from None
     inside = len(numbers) in (2, 3) and abs(numbers[0]) <= 90 and -180 <= numbers[1] <= 360
     if not inside or (len(numbers) == 3 and not -12_000 <= numbers[2] <= 600_000):

@@ -62,7 +62,7 @@ def _start(by_sensor: Mapping[str, list[Row]]) -> float:
 def _number(value: Any) -> float:
     try:
         return float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         return 0.0
 
 

@@ -6,15 +6,19 @@ import json
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from calib import Calibration, from_json
+from calib.external import MAX_CONDITION, checked
+from calib.serial import KEYS
 from recordings import write_recording
 from recordings.assemble import recording_of
-from tests.fuzz.contract import amounts, fuzz, hold
+from tests.fuzz.contract import amounts, answered, fuzz, hold
 from tests.fuzz.material import CALIBRATION, measured
 from tests.fuzz.values import damaged_json
 
-CASES = 160
+CASES, RESULTS = 160, 100
 
 
 @pytest.fixture
@@ -39,6 +43,20 @@ def check(place: Path, text: str) -> int:
 @amounts
 def test_calibrations(place: Path, times: int) -> None:
     fuzz(damaged_json(CALIBRATION), lambda text: check(place, text), CASES, times)
+
+
+@amounts
+def test_results_of_programs(times: int) -> None:
+    """What a program wrote is refused in one line, or is a calibration of finite numbers that can be applied."""
+    known = {key: value for key, value in CALIBRATION["ellipsoid"].items() if key in KEYS}
+
+    def believed(text: str) -> None:
+        found: list[Calibration] = []
+        if answered(lambda: found.append(checked(from_json(text, where="result.json"), "result.json"))):
+            assert np.isfinite([*found[0].offset_nT, *found[0].matrix.ravel()]).all()
+            assert found[0].status.kind != "ok" or np.linalg.cond(found[0].matrix) <= MAX_CONDITION
+
+    fuzz(damaged_json(known), believed, RESULTS, times)
 
 
 def changed(**changes: object) -> str:
