@@ -26,6 +26,11 @@ def read_recording(path: Path, *, run: int = 0, maps: Sequence[str] = (), readin
     reading : how the log is read, by default as kept beside it; maps : further `--map` texts.
     Checks and filled cells: `checks.check_columns`, `check_field`.
     Raises InputError with file, column and row for data that are not fit for use.
+
+    >>> rows = [f"{0.1 * k:.1f},{20000 + k},{k},{43000 - k}" for k in range(20)]
+    >>> size = Path("log.csv").write_text("\\n".join(["time_s,mag_x_nT,mag_y_nT,mag_z_nT", *rows]))
+    >>> read_recording(Path("log.csv")).mag_nT[3].tolist()
+    [20003.0, 3.0, 42997.0]
     """
     file = file_of(path, run)
     raw = read_columns(file, Reading.for_file(file, maps, reading))
@@ -46,6 +51,13 @@ def read_run(path: Path, *, run: int = 0) -> tuple[Recording, Truth]:
 
     A run may be short, strange or without motion: `checks.check_field` is not applied.
     Raises InputError where the file holds no truth.
+
+    >>> import magbench
+    >>> import numpy as np
+    >>> made = magbench.simulate("tumble", "data", overrides=["phases.0.duration_s=60"])
+    >>> recording, truth = read_run(Path("data"))
+    >>> bool(np.allclose(truth.field_nT + sum(truth.effects.values()), recording.mag_nT))
+    True
     """
     file = file_of(path, run)
     raw = read_columns(file, wanted=lambda name: True)

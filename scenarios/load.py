@@ -36,7 +36,11 @@ def keys_of(name_or_path: str | Path) -> frozenset[str]:
 
 
 def catalogue() -> dict[str, str]:
-    """Return name and summary of every scenario in the catalogue."""
+    """Return name and summary of every scenario in the catalogue.
+
+    >>> catalogue()["tumble"].split(":")[0]
+    'Turntable over the whole sphere'
+    """
     tables = {name: _read(CATALOGUE / f"{name}.toml") for name in scenario_names()}
     return {name: str(table["summary"]) for name, table in tables.items()}
 

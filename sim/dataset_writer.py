@@ -54,6 +54,12 @@ def generate(
     The bytes depend on the scenario, the seed, the run and `runs_per_file` alone, never on `jobs` or engine. Returns
     the manifest. Raises InputError for a bad scenario or split, for an OUT with a different dataset, for an OUT locked
     by a running process, and when the system refuses to write.
+
+    >>> from pathlib import Path
+    >>> from sim.scenario import load
+    >>> manifest = generate(load("tumble", ["phases.0.duration_s=60"]), Path("data"), runs=2)
+    >>> [file.path for file in manifest.files], manifest.complete
+    (['run-00000.parquet', 'run-00001.parquet'], True)
     """
     seed = scenario.seed if seed is None else seed
     if runs_per_file < 1:

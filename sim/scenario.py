@@ -153,6 +153,9 @@ def load(name_or_path: str | Path, overrides: Sequence[str] = ()) -> Scenario:
 
     Raises InputError as `scenarios.load.load` does, for a phase impossible for the vehicle, an unknown effect or
     parameter, and a varied value out of range.
+
+    >>> load("tumble", ["phases.0.duration_s=60"]).phases[0].duration_s
+    60.0
     """
     scenario = files.load(name_or_path, Scenario, overrides)
     check_vary(equipped(scenario), str(find(name_or_path)))

@@ -33,6 +33,15 @@ def apply(
     Of tolles_lawson the scalar magnetometer's strength (n,) without the vehicle's field.
 
     Raises InputError for a calibration without an estimate, and for rows that it cannot correct.
+
+    >>> import magbench
+    >>> import numpy as np
+    >>> recording, truth = magbench.simulate("tumble", overrides=["phases.0.duration_s=60"])
+    >>> strength_nT = float(np.linalg.norm(truth.field_nT[0]))
+    >>> found = magbench.calibrate(recording, strength_nT)
+    >>> raw_nT, field_nT = (np.linalg.norm(xyz, axis=1) for xyz in (recording.mag_nT, magbench.apply(found, recording)))
+    >>> bool(abs(field_nT - strength_nT).mean() < abs(raw_nT - strength_nT).mean() / 10)
+    True
     """
     from calib.result import Calibration
     from validation.calibrating.correction import corrected
@@ -61,6 +70,12 @@ def apply_file(
     name : of several calibrations. maps, reading : as in `calibrate`.
     Returns the calibrator, the number of samples, and a warning where the calibration
     is unobservable. Raises InputError for unusable files, and for an `out` equal to its source.
+
+    >>> import magbench
+    >>> made = magbench.simulate("tumble", "data", overrides=["phases.0.duration_s=60"])
+    >>> found = magbench.calibrate("data", out="calibrated")
+    >>> magbench.apply_file("calibrated/calibration.json", "data", "corrected.csv")["samples"]
+    600
     """
     from validation.calibrating.calibration_file import apply_file as corrected_file
 

@@ -56,6 +56,13 @@ def bound(
     out : directory for report.html and bound.json.
 
     Raises InputError for an unusable source, and for knowledge without its data.
+
+    >>> import magbench
+    >>> found = magbench.bound("tumble", noise_std_nT=10)
+    >>> found.bound.offset_std_nT.shape, len(found.weak)
+    ((3,), 0)
+    >>> list(found.to_frame().columns[:2])
+    ['offset_std_nT', 'S_x_std']
     """
     from sim.scenario import Scenario
 
@@ -118,6 +125,12 @@ def what_if(
     values : `roll_amplitude_deg=0:30:5` or `KEY=A,B,C`. out : directory for report.html and bound.json.
 
     Raises InputError for a key that the scenario does not have, and for values that the vehicle cannot fly.
+
+    >>> import magbench
+    >>> found = magbench.what_if("tumble", "noise_std_nT=1,2")
+    >>> once, twice = (one.bound.offset_rms_nT for one in found.answers)
+    >>> round(twice / once, 3)
+    2.0
     """
     from magbench.api.displayed import values_of
     from magbench.api.planning_results import WhatIfResult

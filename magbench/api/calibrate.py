@@ -123,6 +123,16 @@ def calibrate(
 
     Raises InputError for data that are not fit for use, an unknown calibrator, a reference that is not known, and
     for a refused export, after all other files are written.
+
+    >>> import magbench
+    >>> import numpy as np
+    >>> recording, truth = magbench.simulate("tumble", overrides=["phases.0.duration_s=60"])
+    >>> strength_nT = float(np.linalg.norm(truth.field_nT[0]))
+    >>> found = magbench.calibrate(recording, strength_nT, with_=["ellipsoid", "sphere"])
+    >>> {name: one.status.kind for name, one in found.items()}
+    {'ellipsoid': 'ok', 'sphere': 'unobservable'}
+    >>> found["ellipsoid"].offset_nT.shape
+    (3,)
     """
     from magbench.api.calibration_results import Calibrations
 
@@ -223,6 +233,15 @@ def register(found: Method | None = None, *, name: str | None = None) -> Method 
 
     A calibrator that is to run in other processes, or may hang or crash, is better named by module:object.
     Raises InputError for an object that is no calibrator, and for a name of magbench's own.
+
+    >>> import magbench
+    >>> import numpy as np
+    >>> @magbench.register(name="middle")
+    ... def middle(recording, reference):
+    ...     return (recording.mag_nT.max(axis=0) + recording.mag_nT.min(axis=0)) / 2, np.eye(3)
+    >>> around_nT = 48_000 * np.tile(np.vstack([np.eye(3), -np.eye(3)]), (5, 1))
+    >>> magbench.calibrate(around_nT + [10, 20, 30], 48_000, with_="middle").offset_nT.tolist()
+    [10.0, 20.0, 30.0]
     """
     from validation.calibrating import registry
 

@@ -56,6 +56,12 @@ def compare(
     out : directory for report.html, trials.parquet, comparison.json and recordings.
 
     Raises InputError for a bad scenario, sweep or score, an unknown calibrator, and an `out` of another comparison.
+
+    >>> import magbench
+    >>> short = ["phases.0.duration_s=60"]
+    >>> found = magbench.compare("tumble", trials=5, with_=["ellipsoid", "sphere"], overrides=short)
+    >>> found.to_frame()["calibrator"].unique().tolist()
+    ['ellipsoid', 'sphere', 'uncorrected']
     """
     from magbench.api.comparison_result import ComparisonResult
     from reports.outputs.comparison import compare as compared

@@ -25,6 +25,14 @@ def worth(
     """Whether soft iron, eddy currents and a temperature predict unseen legs better; of each sensor.
 
     Data and reference as in `calibrate`.
+
+    >>> import magbench
+    >>> import numpy as np
+    >>> recording, truth = magbench.simulate("tumble", overrides=["phases.0.duration_s=60"])
+    >>> strength_nT = float(np.linalg.norm(truth.field_nT[0]))
+    >>> (found,) = magbench.worth(recording, strength_nT)
+    >>> found.keep
+    'ellipsoid'
     """
     from magbench.api.worth_result import WorthResult
     from validation.cross_validation.workflow import cross_validate

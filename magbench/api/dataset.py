@@ -23,6 +23,14 @@ def dataset(path: str | PathLike[str], *, columns: Sequence[str] | None = None, 
     `len` and an index count runs; `.windows(length_s=, stride_s=)` cuts them, `.split(train=0.8, seed=0)` parts them by
     run, `.numpy()` reads them whole, `.windows(...).torch()` feeds a DataLoader, `.parameters` has the true parameters.
     Raises InputError for a directory without a complete dataset, for unknown columns, and for a file that differs.
+
+    >>> import magbench
+    >>> made = magbench.simulate("tumble", "data", runs=3, overrides=["phases.0.duration_s=60"])
+    >>> runs = magbench.dataset("data", columns=["mag_x_nT", "mag_y_nT", "mag_z_nT"])
+    >>> len(runs), len(runs.windows(length_s=10))
+    (3, 18)
+    >>> [len(part) for part in runs.split(train=0.67, seed=0)]
+    [2, 1]
     """
     from recordings.loading import load_dataset
     from recordings.url_path import place_at

@@ -65,6 +65,14 @@ def diagnose(
     out : directory for report.html, diagnosis.json, model.toml and recording.rrd. say : called with each stage.
 
     Raises InputError for data, models and references that cannot be used.
+
+    >>> import magbench
+    >>> import numpy as np
+    >>> recording, truth = magbench.simulate("tumble", overrides=["phases.0.duration_s=60"])
+    >>> strength_nT = float(np.linalg.norm(truth.field_nT[0]))
+    >>> found = magbench.diagnose(recording, field_strength_nT=strength_nT)
+    >>> found.verdict.explained, len(found.named) > 0
+    (True, True)
     """
     from diagnosis.answer import answer
     from magbench.api.diagnosis_results import diagnosis_result

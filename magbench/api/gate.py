@@ -33,6 +33,21 @@ def gate(
     warn : gets a line about damaged trials of `out`, which are computed again.
 
     Raises InputError for a file that cannot be used. A gate of one calibrator in a test: `magbench.testing`.
+
+    >>> import magbench
+    >>> from pathlib import Path
+    >>> text = '''
+    ... [[gate]]
+    ... name = "ellipsoid on a short tumble"
+    ... scenario = "tumble"
+    ... set = ["phases.0.duration_s=60"]
+    ... calibrator = "ellipsoid"
+    ... score = "offset_error_nT"
+    ... limit = 10000
+    ... '''
+    >>> size = Path("gates.toml").write_text(text)
+    >>> magbench.gate("gates.toml")
+    1 gate passed
     """
     from magbench.api.gate_result import GateResult
     from reports.outputs.gates import run_gates
@@ -63,6 +78,22 @@ def write_baseline(
     """Compute all trials of a file of gates and write their scores as a baseline; returns the number of scores.
 
     Raises InputError for a file that cannot be used.
+
+    >>> import magbench
+    >>> from pathlib import Path
+    >>> text = '''
+    ... [[gate]]
+    ... name = "no worse than today"
+    ... scenario = "tumble"
+    ... set = ["phases.0.duration_s=60"]
+    ... calibrator = "ellipsoid"
+    ... score = "offset_error_nT"
+    ... baseline = "today.parquet"
+    ... max_trials = 25
+    ... '''
+    >>> size = Path("gates.toml").write_text(text)
+    >>> magbench.write_baseline("gates.toml", "today.parquet")
+    25
     """
     from reports.outputs.gates import record_baseline
     from validation.gates.gate_file import load_gates
@@ -86,6 +117,12 @@ def propose_gates(
 
     Raises InputError for a directory without a comparison, for a file that exists, and where no gate would guard
     anything.
+
+    >>> import magbench
+    >>> short = ["phases.0.duration_s=60"]
+    >>> found = magbench.compare("tumble", "compared", trials=20, with_=["ellipsoid"], overrides=short)
+    >>> magbench.propose_gates("compared", "begun.toml")
+    ['ellipsoid holdout_level_component_rms']
     """
     from reports.outputs.gates import propose_gates as write_proposal
 

@@ -34,6 +34,16 @@ def inspect(
 
     field_strength_nT : the Earth's field there, for the figures in the reasons; no status depends on it.
     out : directory for report.html and inspect.json. Raises InputError for data that cannot be read.
+
+    >>> import magbench
+    >>> import numpy as np
+    >>> recording, truth = magbench.simulate("tumble", overrides=["phases.0.duration_s=60"])
+    >>> strength_nT = float(np.linalg.norm(truth.field_nT[0]))
+    >>> found = magbench.inspect(recording, strength_nT)
+    >>> found
+    recording: no warning, nothing to mend.
+    >>> len(found.to_frame()) == len(found.findings)
+    True
     """
     from magbench.api.inspection_result import InspectionResult
 

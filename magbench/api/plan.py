@@ -54,6 +54,13 @@ def plan(
     out : directory for the scenario, plan.json and report.html; by default none is written.
 
     The result's `scenario` is what `magbench.run` flies. Raises InputError for an unknown vehicle or figure.
+
+    >>> import magbench
+    >>> found = magbench.plan("hand", 60)
+    >>> print(repr(found).split(" determine")[0])
+    4 attitudes in 60 s
+    >>> found.scenario.phases[0].kind
+    'poses'
     """
     from magbench.api.planning_results import plan_result
     from reports.outputs.plan import write_plan

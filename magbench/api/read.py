@@ -30,6 +30,14 @@ def read(
     out : a .parquet or .csv file for the recording; Parquet keeps place, date and the calibration in force.
     maps, reading : as in `calibrate`. Raises InputError for a log that cannot be read, and for an `out` that would
     replace the log.
+
+    >>> import magbench
+    >>> from pathlib import Path
+    >>> rows = [f"{0.1 * k:.1f},{20 + k % 2},{k},{43 - k % 3}" for k in range(20)]
+    >>> size = Path("log.csv").write_text("\\n".join(["time_s,mag_x_uT,mag_y_uT,mag_z_uT", *rows]))
+    >>> found = magbench.read("log.csv")
+    >>> len(found.recording), found.recording.mag_nT[0].tolist()
+    (20, [20000.0, 0.0, 43000.0])
     """
     from magbench.api.log_result import LogResult
     from recordings import read_recording, write_recording

@@ -48,6 +48,14 @@ def recheck(
     old_norm : length of the field as the file's matrix gives it, such as 1. sensor : of an array, from 1.
 
     Raises InputError for a file that holds no calibration, a log that cannot be read, and a missing unit.
+
+    >>> import magbench
+    >>> import numpy as np
+    >>> recording, truth = magbench.simulate("tumble", overrides=["phases.0.duration_s=60"])
+    >>> strength_nT = float(np.linalg.norm(truth.field_nT[0]))
+    >>> found = magbench.calibrate(recording, strength_nT)
+    >>> magbench.recheck(found, recording, strength_nT).verdict
+    'valid'
     """
     read = reading_from(data, maps, reading)
     whole = recording_from(data, reading=read, run=run)

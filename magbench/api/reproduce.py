@@ -35,6 +35,11 @@ def reproduce(
     key : zhang2018, li2017, long2013, zhou2012, ding2021 or all. seeds : repetitions behind every spread.
     jobs : processes. scheduler : address of a Dask cluster, `tcp://host:8786`. Neither changes a figure.
     out : directory for report.html and reproduction.json. Raises InputError for an unknown key.
+
+    >>> import magbench
+    >>> ((paper, findings),) = magbench.reproduce("zhou2012", seeds=2).items()
+    >>> paper.key, any(row.verdict == "holds" for row in findings.rows)
+    ('Zhou2012', True)
     """
     from papers import chosen
     from papers.base import computed_on

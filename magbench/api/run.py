@@ -34,6 +34,12 @@ def run(
     sample. progress : called with (stages done, stages in all); warn : with a line about an incident.
 
     Raises InputError for a bad scenario, an unknown calibrator, and an `out` that holds another dataset.
+
+    >>> import magbench
+    >>> found = magbench.run("tumble", with_=["sphere", "ellipsoid"], overrides=["phases.0.duration_s=60"])
+    >>> names, score = found.ranking()
+    >>> names[0], score
+    ('ellipsoid', 'holdout_level_component_rms')
     """
     from magbench.api.run_result import RunResult
     from reports.outputs.run import run_scenario, simulate_and_score

@@ -59,6 +59,13 @@ def simulate(
         nor scheduler changes a byte.
 
     Raises InputError for a bad scenario, and for an `out` with another dataset.
+
+    >>> import magbench
+    >>> recording, truth = magbench.simulate("tumble", overrides=["phases.0.duration_s=60"])
+    >>> recording.mag_nT.shape == truth.field_nT.shape == (600, 3)
+    True
+    >>> len(magbench.simulate("tumble", "data", runs=2, overrides=["phases.0.duration_s=60"]))
+    2
     """
     spec = scenario_from(scenario, overrides)
     if out is None:

@@ -40,6 +40,14 @@ class RunSet:
     """Runs of a dataset, read as they are used; `len`, an index and a slice count runs in order of their numbers.
 
     places : where each run lies. columns : what is read.
+
+    >>> import magbench
+    >>> runs = magbench.simulate("tumble", "data", runs=3, overrides=["phases.0.duration_s=60"])
+    >>> learn, hold_out = runs.split(train=0.67, seed=0)
+    >>> len(learn), len(hold_out), runs.numpy()["mag_x_nT"].shape
+    (2, 1, (1800,))
+    >>> runs.windows(length_s=20, stride_s=10).runs.tolist()
+    [0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 2, 2, 2, 2, 2]
     """
 
     path: Place

@@ -32,6 +32,13 @@ class WindowSet:
     """Windows of `length` samples every `stride` samples of each run; `len` and an index count windows.
 
     A run's last samples that fill no window are left out. Values are of the type `dtype`.
+
+    >>> import magbench
+    >>> columns = ["mag_x_nT", "mag_y_nT", "mag_z_nT"]
+    >>> runs = magbench.simulate("tumble", "data", overrides=["phases.0.duration_s=60"])
+    >>> windows = magbench.dataset("data", columns=columns).windows(length_s=20).astype("float32")
+    >>> windows.numpy().shape, windows.shuffled(seed=1).shard(0, 1).numpy().dtype
+    ((3, 200, 3), dtype('float32'))
     """
 
     places: tuple[RunPlace, ...]

@@ -56,6 +56,11 @@ def run_scenario(
 
     An existing dataset of the same scenario and seed is reused. Raises InputError for a bad scenario, an unknown
     calibrator, an `out` with a different dataset or a second writing process, and where the system refuses to write.
+
+    >>> from sim.scenario import load
+    >>> outcome = run_scenario(load("tumble", ["phases.0.duration_s=60"]), Path("out"))
+    >>> sorted(file.name for file in Path("out").iterdir())[:3]
+    ['calibration.json', 'dataset.json', 'recording.rrd']
     """
     chosen = chosen or calibrators_of_scenario(scenario.calibrators)
     with locked_directory(out):

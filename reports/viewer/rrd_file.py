@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import subprocess
-from importlib import resources
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -41,10 +41,16 @@ def _columns(batch: Any) -> tuple[Any, Array]:
 
 
 def viewer_program() -> Path:
-    """Return the path of rerun's program with viewer and file tools (the script `rerun` is only a launcher)."""
-    folder = Path(str(resources.files("rerun_cli")))
-    places = (folder / "rerun", folder / "rerun.exe", folder / "Rerun.app/Contents/MacOS/Rerun")
-    return next(place for place in places if place.exists())
+    """Return the path of rerun's program with viewer and file tools (the script `rerun` is only a launcher).
+
+    Raises InputError where the program was removed, as on a machine that only writes recordings.
+    """
+    package = find_spec("rerun_cli")
+    for folder in (package and package.submodule_search_locations) or ():
+        for name in ("rerun", "rerun.exe", "Rerun.app/Contents/MacOS/Rerun"):
+            if (Path(folder) / name).is_file():
+                return Path(folder) / name
+    raise InputError("the viewer's program is not installed", where="rerun", do="reinstall the package rerun-sdk")
 
 
 def verify(path: Path) -> None:
