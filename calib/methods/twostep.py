@@ -23,6 +23,7 @@ from calib.result import Calibration, Status
 from calib.settings import Count, Positive
 from recordings import Recording
 from scenarios.arrays import Array
+from scenarios.kernel_cache import njit
 from scenarios.text import figure
 
 HALVINGS = 30
@@ -156,11 +157,14 @@ class Centred:
 
     def centre(self, theta: Array) -> float:
         """Mean residual, nothing but noise at the truth."""
-        return float(self.mean @ theta - theta[6:] @ centre_of(theta) - 1.0 - self.noise_mean)
+        return self._terms(theta)[1]
 
     def cost(self, theta: Array) -> float:
         """The whole cost, n times the noise variance at the minimum."""
-        return float(np.sum((self.R @ theta) ** 2) + self.weight * self.centre(theta) ** 2)
+        return self._terms(theta)[0]
+
+    def _terms(self, theta: Array) -> tuple[float, float]:
+        return _centred_cost(self.R, self.mean, self.weight, self.noise_mean, theta)
 
     def variance(self, theta: Array) -> float:
         """Noise variance of a component of x."""
@@ -214,14 +218,38 @@ def first_step(x: Array) -> Array | None:
     return None if level <= 0 else np.asarray(theta / level)
 
 
+@njit(cache=True)
 def centre_of(theta: Array) -> Array:
-    """b = -A^-1 p (3,)."""
-    return np.asarray(-np.linalg.solve(shape_matrix(theta), theta[6:9]))
+    """b = -A^-1 p (3,), by cofactors; LinAlgError for a singular A."""
+    a, b, c, f, g, h, p, q, r = theta[:9]
+    aa, ab, ac = b * c - f * f, f * g - h * c, h * f - b * g
+    det = a * aa + h * ab + g * ac
+    if det == 0.0:
+        raise np.linalg.LinAlgError("Singular matrix")
+    bb, bc, cc = a * c - g * g, g * h - a * f, a * b - h * h
+    return -np.array([aa * p + ab * q + ac * r, ab * p + bb * q + bc * r, ac * p + bc * q + cc * r]) / det
 
 
+@njit(cache=True)
 def centre_gradient(theta: Array) -> Array:
     """d (p^T A^-1 p) / d theta (9,): the design row of b, negative: dA gives -b^T dA b, dp gives -2 b^T dp."""
-    return np.asarray(-design(centre_of(theta)[None])[0])
+    x, y, z = centre_of(theta)
+    return -np.array([x * x, y * y, z * z, 2 * y * z, 2 * x * z, 2 * x * y, 2 * x, 2 * y, 2 * z])
+
+
+@njit(cache=True)
+def _centred_cost(R: Array, mean: Array, weight: float, noise_mean: float, theta: Array) -> tuple[float, float]:
+    """The cost of `Centred`, and the mean residual in its centre term."""
+    b, total, centre = centre_of(theta), 0.0, -1.0 - noise_mean
+    for i in range(9):
+        row = 0.0
+        for j in range(9):
+            row += R[i, j] * theta[j]
+        total += row * row
+        centre += mean[i] * theta[i]
+    for i in range(3):
+        centre -= theta[6 + i] * b[i]
+    return total + weight * centre * centre, centre
 
 
 def _expected_gradient(theta: Array, x: Array) -> Array:

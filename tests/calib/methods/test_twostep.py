@@ -60,6 +60,17 @@ def test_centred_cost_is_the_cost_of_all_samples(standard):
     assert 2 * (weight * value) @ row @ step == pytest.approx(slope, rel=1e-4)
 
 
+def test_the_centre_solves_the_shape_and_its_row_is_the_design():
+    rng = np.random.default_rng(0)
+    for _ in range(20):
+        theta = rng.normal(size=9)
+        b = np.linalg.solve(shape_matrix(theta), -theta[6:])
+        np.testing.assert_allclose(centre_of(theta), b, rtol=1e-9)
+        np.testing.assert_allclose(centre_gradient(theta), -design(b[None])[0], rtol=1e-9)
+    with pytest.raises(np.linalg.LinAlgError):
+        centre_of(np.ones(9))
+
+
 def test_first_step_is_exact_without_noise(standard):
     x = Standardised.of(standard.recording("full", None).mag_nT).x
     theta = first_step(x)
