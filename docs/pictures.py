@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib
+import method
 import numpy as np
 import rerun_cli
 import shown
@@ -73,8 +74,10 @@ def main() -> None:
         save(shown.COVERAGE.file, drawn(partial(shown.COVERAGE.draw, Path(folder) / shown.COVERAGE.scenario)))
         viewed = dict(look(Path(folder), VIEWS))
     save("log-strength.png", drawn(log_strength))
+    for name, draw in method.PICTURES.items():
+        save(name, drawn(draw), method.MOST_BYTES)
     tables.write_all()
-    shown.keep(verdicts.kept(), viewed)
+    shown.keep(verdicts.kept(), method.kept(), viewed)
 
 
 def log_strength() -> MplFigure:
@@ -88,12 +91,13 @@ def drawn(draw: Callable[[], MplFigure]) -> bytes:
     """A report's figure as PNG."""
     file = io.BytesIO()
     with matplotlib.rc_context(STYLE):
-        draw().savefig(file, format="png", dpi=WIDTH_PX / 11.0)
+        figure = draw()
+        figure.savefig(file, format="png", dpi=WIDTH_PX / figure.get_figwidth())
     return file.getvalue()
 
 
-def save(name: str, png: bytes) -> None:
-    """Write a PNG no wider than WIDTH_PX, in as many colours as MOST_BYTES allows."""
+def save(name: str, png: bytes, most_bytes: int = MOST_BYTES) -> None:
+    """Write a PNG no wider than WIDTH_PX, in as many colours as its size allows."""
     image = Image.open(io.BytesIO(png)).convert("RGB")
     if image.width > WIDTH_PX:
         image = image.resize((WIDTH_PX, round(image.height * WIDTH_PX / image.width)), Image.Resampling.LANCZOS)
@@ -103,7 +107,7 @@ def save(name: str, png: bytes) -> None:
         image.quantize(colours, Image.Quantize.MAXCOVERAGE, kmeans=8, dither=Image.Dither.NONE).save(
             file, format="png", optimize=True
         )
-        if file.tell() <= MOST_BYTES or colours <= 16:
+        if file.tell() <= most_bytes or colours <= 16:
             break
         colours //= 2
     (PICTURES / name).write_bytes(file.getvalue())

@@ -97,8 +97,8 @@ def kept() -> dict[str, Any]:
     return found
 
 
-def keep(diagnosed: Mapping[str, Shown], viewed: Mapping[str, str]) -> None:
-    """Write what the pictures show now: the verdicts', and of the viewer's those made now, each of a scenario.
+def keep(diagnosed: Mapping[str, Shown], method: Mapping[str, Shown], viewed: Mapping[str, str]) -> None:
+    """Write what the pictures show now: the verdicts', the method's, and the viewer's made now, each of a scenario.
 
     A picture that the viewer did not make anew is as old as it was, and the test run says so.
     """
@@ -110,6 +110,7 @@ def keep(diagnosed: Mapping[str, Shown], viewed: Mapping[str, str]) -> None:
         fit: [[*map(_rounded, seed)] for seed in seeds] for fit, seeds in reproduced.rms_nT(reproduced.FEW).items()
     }
     made = {"names": names(), "reports": found, "views": views, "reproduced": drift, "verdicts": diagnosed}
+    made |= {"method": method}
     FILE.write_text(json.dumps(made, indent=1) + "\n", encoding="utf-8")
 
 
