@@ -129,13 +129,15 @@ class Session:
 
     def _report(self, arguments: list[str]) -> str:
         """A link to the page that a command wrote."""
-        folder = Path(arguments[arguments.index("-o") + 1]) if "-o" in arguments else None
-        if folder is None or not (folder / "report.html").is_file():
+        out = Path(arguments[arguments.index("-o") + 1]) if "-o" in arguments else None
+        pages = [] if out is None else [out / "report.html", out.with_suffix(".html")]
+        page = next((one for one in pages if one.is_file()), None)
+        if page is None:
             return ""
         name = f"pages/{self._next()}.html"
         (self.site / "extra" / "pages").mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(folder / "report.html", self.site / "extra" / name)
-        return f'\n<a href="../{name}">The page that this command wrote: {folder}/report.html</a>\n'
+        shutil.copyfile(page, self.site / "extra" / name)
+        return f'\n<a href="../{name}">The page that this command wrote: {page}</a>\n'
 
     def _snippet(self, code: str) -> str:
         tree = ast.parse(code)

@@ -64,12 +64,15 @@ def apply_file(
     run: int = 0,
     maps: Sequence[str] = (),
     reading: Reading | None = None,
+    page: bool = False,
 ) -> dict[str, Any]:
     """Correct a file with one calibration of a calibration.json and write it to `out`, .parquet or .csv.
 
-    name : of several calibrations. maps, reading : as in `calibrate`.
-    Returns the calibrator, the number of samples, and a warning where the calibration
-    is unobservable. Raises InputError for unusable files, and for an `out` equal to its source.
+    name : of several calibrations. maps, reading : as in `calibrate`. page : also write a page with the strength before
+    and after beside `out`, with the ending .html.
+    Returns the calibrator, the number of samples, a warning where the calibration is not ok, the strength's mean and
+    standard deviation before and after with the answer in words, and the page. Raises InputError for unusable files,
+    and for an `out` equal to its source.
 
     >>> import magbench
     >>> made = magbench.simulate("tumble", "data", overrides=["phases.0.duration_s=60"])
@@ -77,7 +80,17 @@ def apply_file(
     >>> magbench.apply_file("calibrated/calibration.json", "data", "corrected.csv")["samples"]
     600
     """
+    from reports.presentation.correction import PresentedCorrection
     from validation.calibrating.calibration_file import apply_file as corrected_file
 
     read = reading_from(data, maps, reading)
-    return corrected_file(path_of(calibration), path_of(data), Path(out), name=name, run=run, reading=read)
+    place, log, place_out = path_of(calibration), path_of(data), Path(out)
+    applied = corrected_file(place, log, place_out, name=name, run=run, reading=read)
+    shown = PresentedCorrection.of(applied, place, log, place_out)
+    told = applied.summary() | {"strength": {name: one.summary() for name, one in shown.changes.items()}}
+    told |= {"answer": shown.answer}
+    if not page:
+        return told
+    from reports.outputs.correction import write_correction_page  # here: pictures take longer than the correction
+
+    return told | {"page": str(write_correction_page(shown, applied))}

@@ -23,6 +23,7 @@ def command(
     reading: Reading,
     with_: Annotated[str | None, typer.Option("--with", help="Which of several calibrations.")] = None,
     run: Run = 0,
+    page: Annotated[bool, typer.Option(help="Also a page beside the recording, with the ending .html.")] = True,
     json: Json = False,
 ) -> None:
     """Correct a recording with an earlier calibration; the magnetometer's columns are replaced.
@@ -32,11 +33,14 @@ def command(
     Example: magbench apply out/calibration.json survey.csv --with ellipsoid -o corrected.parquet
     """
     from magbench.api.apply import apply_file
-    from magbench.console import emit, progress, say, warn
+    from magbench.console import emit, progress, say, show_text, warn
 
     with progress(f"correcting {data.name}"):
-        done = apply_file(calibration, data, out, name=with_, run=run, reading=reading)
+        done = apply_file(calibration, data, out, name=with_, run=run, reading=reading, page=page)
     warn(done["warning"])
-    say(f"{out}: {done['samples']} samples of {done['corrected']} corrected with {done['calibrator']}")
     if json:
         emit(done | {"out": str(out)})
+    else:
+        show_text(done["answer"])
+    written = f"{out} and {done['page']}" if page else str(out)
+    say(f"{written}: {done['samples']} samples of {done['corrected']} corrected with {done['calibrator']}")

@@ -11,22 +11,27 @@ from scenarios.arrays import Array
 from validation.signals.thinning import envelope
 
 
-def draw_strength_before_after(time_s: Array, raw_nT: Array, corrected_nT: Array, strength_nT: float) -> Figure:
-    """Draw the strength of the raw and of the corrected field (n, 3) over time, the corrected one also by itself."""
+def draw_strength_before_after(
+    time_s: Array, raw_nT: Array, corrected_nT: Array, strength_nT: float, reference: str = "the Earth's field"
+) -> Figure:
+    """Draw the strength of the raw and of the corrected field (n, 3) over time, the corrected one also by itself.
+
+    reference : what has `strength_nT`, in words.
+    """
     figure, (both, after) = panels(4.8, 2, sharex=True)
     span, unit = time_scale(time_s)
     sizes = np.column_stack([np.linalg.norm(raw_nT, axis=1), np.linalg.norm(corrected_nT, axis=1)])
     time, thin = envelope(time_s / span, sizes)
     both.plot(time, thin[:, 0] / 1e3, color=RAW, label="raw")
     both.plot(time, thin[:, 1] / 1e3, color=LINES[0], label="corrected")
-    both.axhline(strength_nT / 1e3, color=INK, linewidth=0.7, linestyle="--", label="the Earth's field")
+    both.axhline(strength_nT / 1e3, color=INK, linewidth=0.7, linestyle="--", label=reference)
     both.set_ylabel("µT")
     both.set_title("strength")
     legend_at_right(both)
     after.plot(time, thin[:, 1] - strength_nT, color=LINES[0])
     after.axhline(0.0, color=INK, linewidth=0.7, linestyle="--")
     after.set_ylabel("nT")
-    after.set_title("corrected strength minus the Earth's field")
+    after.set_title(f"corrected strength minus {reference}")
     clip_outliers(after, thin[:, 1] - strength_nT)
     after.set_xlabel(f"time ({unit})")
     return figure

@@ -35,6 +35,25 @@ def test_a_calibration_corrects_another_run(data: Path, tmp_path: Path) -> None:
     before = np.sqrt(((raw.mag_nT - truth.field_nT) ** 2).mean())
     after = np.sqrt(((read_recording(out).mag_nT - truth.field_nT) ** 2).mean())
     assert after < 0.1 * before
+    page = (tmp_path / "corrected.html").read_text()
+    assert "the calibration fits the recording" in page
+    assert "magbench recheck" in page
+
+
+def test_the_strength_before_and_after_is_told_and_a_page_only_where_asked(data: Path, tmp_path: Path, capsys) -> None:  # type: ignore[no-untyped-def]
+    """A calibration of another sensor makes the strength vary more, and is told."""
+    raw_nT = read_recording(data).mag_nT
+    for scale, words in ((1.0, "takes off little"), (3.0, "does not fit")):
+        matrix = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, scale]]
+        (tmp_path / "c.json").write_text(edited(matrix=matrix))
+        arguments = ["apply", str(tmp_path / "c.json"), str(data), "-o", str(tmp_path / "o.csv"), "--no-page"]
+        assert main([*arguments, "--json"]) == 0
+        told = json.loads(capsys.readouterr().out)
+        sizes = [np.linalg.norm(one, axis=1).std() for one in (raw_nT, (raw_nT - GOOD["offset_nT"]) @ np.array(matrix))]
+        np.testing.assert_allclose(told["strength"]["ellipsoid"]["std_nT"], sizes, rtol=1e-9)
+        assert words in told["answer"]
+        assert "page" not in told
+    assert not (tmp_path / "o.html").exists()
 
 
 GOOD = {"status": "ok", "offset_nT": [10.0, 20.0, 30.0], "matrix": [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.1]]}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -15,10 +15,11 @@ import numpy as np
 import calib
 from calib import Calibration
 from calib.models.scalar_terms import CHANNEL
-from recordings import read_recording, write_recording
+from recordings import Recording, read_recording, write_recording
 from recordings.applied import AppliedCalibration
 from recordings.files import system_errors_about, write_text
 from recordings.reading import Reading
+from scenarios.arrays import Array
 from scenarios.errors import InputError
 from scenarios.files import parsed_json, read_text
 from validation.calibrating.correction import corrected
@@ -128,6 +129,40 @@ def first_ok(calibrations: dict[str, Calibration]) -> str:
     return next(usable, next(iter(calibrations)))
 
 
+@dataclass(frozen=True, eq=False)
+class AppliedFile:
+    """A recording corrected by a calibration of a file; of an array each sensor by its own, under `name@1` ...
+
+    used, parts, found : of each sensor the calibration, the recording, and the corrected field (n, 3) or strength (n,).
+    """
+
+    calibrator: str
+    recording: Recording
+    used: Mapping[str, Calibration]
+    parts: Mapping[str, Recording]
+    found: Mapping[str, Array]
+
+    @property
+    def scalar(self) -> bool:
+        """Whether a scalar magnetometer's strength was corrected, in place of the field."""
+        return next(iter(self.used.values())).corrects_scalar
+
+    def corrected(self) -> Recording:
+        """Return the recording with the corrected columns."""
+        first, *_ = self.found.values()
+        if self.scalar:
+            return replace(self.recording, channels={**self.recording.channels, CHANNEL: first})
+        array = None if self.recording.array_mag_nT is None else np.stack([*self.found.values()])
+        return replace(self.recording, mag_nT=first, array_mag_nT=array)
+
+    def summary(self) -> dict[str, Any]:
+        """Return `calibrator`, `samples`, `corrected` (mag or scalar_nT), a `warning` of fits that are not ok."""
+        doubts = [f"{key} is {_called(c)}: {c.status.reason}" for key, c in self.used.items() if c.status.kind != "ok"]
+        what = CHANNEL if self.scalar else "mag"
+        told = {"calibrator": self.calibrator, "samples": len(self.recording), "corrected": what}
+        return told | {"warning": "; ".join(doubts)}
+
+
 def apply_file(
     calibration: Path,
     data: Path,
@@ -136,14 +171,12 @@ def apply_file(
     name: str | None = None,
     run: int = 0,
     reading: Reading | None = None,
-) -> dict[str, Any]:
+) -> AppliedFile:
     """Correct a recording with a calibration of a file and write the result to `out`, .parquet or .csv.
 
     name : the calibration, by default the first that is ok; for an array each sensor uses its calibration `name@1` ...
-    A fit of a scalar magnetometer's terms corrects the channel scalar_nT in place of the field. Returns `calibrator`,
-    `samples`, `corrected` (mag or scalar_nT), and a `warning` where the status of a calibration is not ok. Raises
-    InputError for unusable files, an unknown name, a calibration without an estimate, and an `out` that would replace
-    an input.
+    A fit of a scalar magnetometer's terms corrects the channel scalar_nT in place of the field. Raises InputError for
+    unusable files, an unknown name, a calibration without an estimate, and an `out` that would replace an input.
     """
     _check_kept(out, (calibration, data))
     known = read_calibrations(calibration)
@@ -151,16 +184,10 @@ def apply_file(
     chosen = name or first_ok(known).split("@")[0]
     parts = sensor_recordings(recording, chosen)
     used = {key: _named(known, key, calibration) for key in parts}
-    found = [corrected(used[key], part, f"{calibration}: {key}") for key, part in parts.items()]
-    scalar = next(iter(used.values())).corrects_scalar
-    if scalar:
-        write_recording(replace(recording, channels={**recording.channels, CHANNEL: found[0]}), out)
-    else:
-        array = None if recording.array_mag_nT is None else np.stack(found)
-        write_recording(replace(recording, mag_nT=found[0], array_mag_nT=array), out)
-    doubts = [f"{key} is {_called(c)}: {c.status.reason}" for key, c in used.items() if c.status.kind != "ok"]
-    what = CHANNEL if scalar else "mag"
-    return {"calibrator": chosen, "samples": len(recording), "corrected": what, "warning": "; ".join(doubts)}
+    found = {key: corrected(used[key], part, f"{calibration}: {key}") for key, part in parts.items()}
+    applied = AppliedFile(chosen, recording, used, parts, found)
+    write_recording(applied.corrected(), out)
+    return applied
 
 
 def _called(calibration: Calibration) -> str:

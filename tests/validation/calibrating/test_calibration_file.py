@@ -52,7 +52,7 @@ def test_each_form_of_the_file_gives_the_same_calibration(saved: Path) -> None:
 
 def test_a_recording_is_corrected_to_the_offset_and_the_matrix(saved: Path, measured: Path) -> None:
     out = saved.parent / "corrected.parquet"
-    done = apply_file(saved, measured, out)
+    done = apply_file(saved, measured, out).summary()
     assert (done["calibrator"], done["samples"], done["warning"]) == ("ellipsoid", 50, "")
     raw_nT, corrected_nT = (read_recording(path).mag_nT for path in (measured, out))
     np.testing.assert_allclose(corrected_nT, (raw_nT - OFFSET_NT) @ MATRIX.T, rtol=1e-12)
@@ -86,7 +86,7 @@ def test_an_estimate_that_is_not_ok_is_applied_with_a_warning_and_none_is_refuse
     slow = replace(ONE, status=Status("not_converged", "too slow"))
     for key, fit in (("some", slow), ("none", Calibration(name="none", status=Status("unobservable", "flat")))):
         write_calibrations({key: fit}, tmp_path / key)
-    done = apply_file(tmp_path / "some" / "calibration.json", measured, tmp_path / "o.csv")
+    done = apply_file(tmp_path / "some" / "calibration.json", measured, tmp_path / "o.csv").summary()
     assert done["warning"] == "some is not converged: too slow"
     with pytest.raises(InputError, match="gave no calibration: flat"):
         apply_file(tmp_path / "none" / "calibration.json", measured, tmp_path / "p.csv")
@@ -104,7 +104,7 @@ def test_a_scalar_magnetometers_terms_correct_its_channel_alone(tmp_path: Path) 
     told = {"permanent_x_nT": 20.0, "reference_nT": 3e4, "band_low_hz": 0.01, "band_high_hz": 0.9}
     fit = Calibration(name="tolles_lawson", status=Status("ok"), parameters=told)
     write_calibrations({"tolles_lawson": fit}, tmp_path)
-    done = apply_file(tmp_path / "calibration.json", log, out)
+    done = apply_file(tmp_path / "calibration.json", log, out).summary()
     assert done["corrected"] == "scalar_nT"
     found = read_recording(out)
     np.testing.assert_allclose(found.channels["scalar_nT"], 3e4, atol=0.05)
