@@ -9,6 +9,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from validation.text import figure
+
 Verdict = Literal[
     "same number", "same order", "better", "another noise law", "holds", "does not hold", "not comparable"
 ]
@@ -51,7 +53,9 @@ def number(ours: Values, printed: Values, reason: str = SCATTER) -> Judged:
     factor = np.abs(np.log(np.abs(np.asarray(ours, dtype=float) / np.asarray(printed, dtype=float))))
     worst = float(np.exp(np.max(factor)))
     verdict: Verdict = "same number" if worst <= 1 + SAME_SHARE else "same order" if worst <= ORDER else "does not hold"
-    return Judged(verdict, f"{100 * SAME_SHARE:.0f} %, order: a factor of {ORDER:g}; worst here {worst:.3g}", reason)
+    return Judged(
+        verdict, f"{100 * SAME_SHARE:.0f} %, order: a factor of {ORDER:g}; worst here {figure(worst)}", reason
+    )
 
 
 def error_size(seeds: NDArray[np.float64], printed: float, reason: str = SCATTER) -> Judged:
@@ -61,7 +65,7 @@ def error_size(seeds: NDArray[np.float64], printed: float, reason: str = SCATTER
     """
     low, middle, high = np.quantile(seeds, (0.05, 0.5, 0.95))
     if printed > high:
-        return Judged("better", f"printed above our 95 % of {high:.3g}", reason)
+        return Judged("better", f"printed above our 95 % of {figure(high)}", reason)
     if printed >= low:
-        return Judged("same number", f"printed within our 5 to 95 %, {low:.3g} to {high:.3g}", reason)
+        return Judged("same number", f"printed within our 5 to 95 %, {figure(low)} to {figure(high)}", reason)
     return number(float(middle), printed, reason)

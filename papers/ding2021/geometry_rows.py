@@ -16,6 +16,7 @@ from scenarios.arrays import Array
 from scenarios.seeds import stream
 from sim.effects.sources import dipole_field_nT
 from validation.signals.amplitude import rms
+from validation.text import figure
 
 DISTANCES_M = (1.0, 2.0, 4.0)
 DIPOLES, MOMENT_A_M2 = 2000, 10.0
@@ -106,7 +107,7 @@ def _differences(arrangements: dict[str, Array], size: str, what: str) -> PaperR
     cross = error.pop(CROSS)
     least = np.min(list(error.values()), axis=0)
     listed = "; ".join(
-        f"{name} {', '.join(f'{100 * e:.3g}' for e in errors)}" for name, errors in {CROSS: cross, **error}.items()
+        f"{name} {', '.join(figure(100 * e) for e in errors)}" for name, errors in {CROSS: cross, **error}.items()
     )
     return PaperRow(
         f"error of the differences without noise, dipole at {', '.join(f'{r:g}' for r in DISTANCES_M)} m, {size}",
@@ -134,7 +135,7 @@ def _noise(trials: list[GeometryTrial]) -> PaperRow:
         "; ".join(f"{name} {spread_text(values)}" for name, values in left.items()) + " nT/m",
         incomparable("the paper calibrates the cross alone"),
         "what the noise alone leaves: "
-        + ", ".join(f"{name} {value:.3g}" for name, value in alone.items())
+        + ", ".join(f"{name} {figure(value)}" for name, value in alone.items())
         + f" nT/m: at one baseline the cross passes on most. In a uniform field the places do not enter the "
         f"calibration: largest offset error {offset}",
     )

@@ -11,6 +11,7 @@ from papers.base import PaperRow
 from papers.ding2021.trials import BASELINE_M, SpreadTask
 from papers.judgement import Judged, claim, error_size, number
 from scenarios.arrays import Array
+from validation.text import figure
 
 NOISES_NT = (2.0, 5.0, 10.0)
 QUANTITIES = ("offset", "scale", "non-orthogonality", "misalignment")
@@ -35,8 +36,8 @@ def simulation_rows(results: Results, seeds: int, evolved: int) -> Iterable[Pape
     """Yield the rows of both simulations at each noise."""
     yield from _exact(results, seeds, evolved)
     for (case, quantity), printed in PRINTED.items():
-        for noise, figure in zip(NOISES_NT, printed, strict=True):
-            yield error_row(results, seeds, case, quantity, noise, figure)
+        for noise, printed_figure in zip(NOISES_NT, printed, strict=True):
+            yield error_row(results, seeds, case, quantity, noise, printed_figure)
     yield _same_minimum(results, evolved)
     yield _weights(results, evolved)
     yield _systematic(results, seeds)
@@ -46,7 +47,7 @@ def simulation_rows(results: Results, seeds: int, evolved: int) -> Iterable[Pape
 def median_and_range(values: Array, unit: str = "") -> str:
     """Return median and range as text."""
     low, middle, high = np.quantile(values, (0.0, 0.5, 1.0))
-    return f"median {middle:.3g} ({low:.2g} to {high:.2g}) {unit}".strip()
+    return f"median {figure(middle)} ({figure(low, 2)} to {figure(high, 2)}) {unit}".strip()
 
 
 def _of(results: Results, key: str, case: int, noise: float, seeds: int, common: bool = False) -> Array:
@@ -69,8 +70,8 @@ def _exact(results: Results, seeds: int, evolved: int) -> Iterable[PaperRow]:
         yield PaperRow(
             f"simulation {case}, no noise: all 48 parameters",
             "exact; total 52,000 nT, tensor 0",
-            f"largest offset error {both[:, 0].max():.1g} nT, angle {both[:, 2:].max():.1g} deg, scale "
-            f"{both[:, 1].max():.1g}; tensor {rms[:, 1:].max():.1g} nT/m",
+            f"largest offset error {figure(both[:, 0].max(), 1)} nT, angle {figure(both[:, 2:].max(), 1)} deg, scale "
+            f"{figure(both[:, 1].max(), 1)}; tensor {figure(rms[:, 1:].max(), 1)} nT/m",
             claim(good, "offsets to 1e-3 nT, angles to 1e-6 deg", "exact, to the rounding of the search"),
             f"evolution alone ({evolved} seeds) and least squares ({seeds} seeds)",
         )
@@ -85,7 +86,7 @@ def error_row(results: Results, seeds: int, case: int, quantity: int, noise: flo
     note = (
         f"{seeds} seeds; the paper's single draw lies {'inside' if inside else 'outside'} our spread, at its "
         f"{100 * np.mean(ours < printed):.0f} % point; errors are {np.sqrt(np.mean(over**2)):.2f} times the "
-        f"Cramer-Rao deviation, rms; two-step: median {np.median(two):.3g}"
+        f"Cramer-Rao deviation, rms; two-step: median {figure(np.median(two))}"
     )
     return PaperRow(
         f"simulation {case}, noise {noise:g} nT: largest error of {QUANTITIES[quantity]}",
@@ -101,7 +102,7 @@ def _same_minimum(results: Results, evolved: int) -> PaperRow:
     return PaperRow(
         "noise 10 nT: evolution and least squares with a good start",
         "evolution clearly better with noise",
-        f"largest difference of a parameter {apart.max():.1g} standard deviations",
+        f"largest difference of a parameter {figure(apart.max(), 1)} standard deviations",
         claim(apart.max() >= 0.01, "a hundredth of a standard deviation", "less apart is the same minimum"),
         f"{len(apart)} seeds: the same objective has the same minimum; a better result of either is another "
         "objective or an unfinished search. Hence least squares stands for the evolution in the spreads",
@@ -145,8 +146,8 @@ def _noise_law(ours: Array, common: Array, printed: float, alone: float) -> Judg
     usual = number(float(np.median(ours)), printed, "rms over two hundred attitudes")
     if usual.verdict == "same number" or abs(np.median(ours) / alone - 1) > NOISE_ALONE:
         return usual
-    limit = f"ours within {100 * NOISE_ALONE:.0f} % of {alone:.3g}, the stated noise alone; printed outside"
-    return Judged("another noise law", limit, f"the same noise on all sensors gives {np.median(common):.3g}")
+    limit = f"ours within {100 * NOISE_ALONE:.0f} % of {figure(alone)}, the stated noise alone; printed outside"
+    return Judged("another noise law", limit, f"the same noise on all sensors gives {figure(np.median(common))}")
 
 
 def _tensor_rms(results: Results, seeds: int) -> Iterable[PaperRow]:

@@ -8,6 +8,7 @@ from papers.base import PaperRow, spread_text
 from papers.judgement import claim, incomparable
 from papers.li2017.rows import T_P, Trials, errors_pct
 from papers.li2017.trials import CALM, LOUD
+from validation.text import figure
 
 EFFECT_PCT, WHY_EFFECT = 0.01, "a hundredth of a per cent is a thirtieth of the printed mean error"
 STATE_VARIANCES = (1e-10, 1e-9, 1e-8, 1e-7)
@@ -39,10 +40,10 @@ def fuzzy_rows(trials: Trials) -> list[PaperRow]:
         PaperRow(
             "what the fuzzy part adds under Q = 1e-5",
             "the adaptation reaches the optimal parameters",
-            f"{difference:.1g} % largest change of any parameter",
+            f"{figure(difference, 1)} % largest change of any parameter",
             claim(difference > EFFECT_PCT, f"a change above {EFFECT_PCT:g} %", WHY_EFFECT),
             f"ROR stays at {spread_text(ratio)}: H Q H^T of about 1e4 nT^2 rules P_r, so R only falls, to our floor "
-            f"or without one to {fallen:.0e} nT^2, and nothing changes",
+            f"or without one to {figure(fallen, 1)} nT^2, and nothing changes",
         ),
     ]
 
@@ -58,7 +59,7 @@ def exponent_row(changes: list[float]) -> PaperRow:
     return PaperRow(
         "the exponent b that leaves the ordinary filter",
         "b = 1",
-        f"largest change of ln R: {zero:.1g} at b = 0, {one:.2g} at b = 1",
+        f"largest change of ln R: {figure(zero, 1)} at b = 0, {figure(one, 2)} at b = 1",
         claim(one == 0.0, "R unchanged", "the ordinary filter has a constant R"),
         "R_k = s_k^b R_k-1: b = 0 makes every factor 1 and leaves the ordinary filter, b = 1 adapts with the plain s_k",
     )
@@ -71,7 +72,7 @@ def adaptation_rows(trials: Trials, changing: list[tuple[float, float]], table: 
         PaperRow(
             "the same noise under the paper's Q = 1e-5",
             "strong adaptivity to time-varying noise",
-            f"{_change(trials, 'changing', 'changing+fuzzy'):.1g} % largest change by the fuzzy part",
+            f"{figure(_change(trials, 'changing', 'changing+fuzzy'), 1)} % largest change by the fuzzy part",
             claim(_change(trials, "changing", "changing+fuzzy") > EFFECT_PCT, f"above {EFFECT_PCT:g} %", WHY_EFFECT),
             "Q hides the measurement noise",
         ),
@@ -94,7 +95,9 @@ def _small_state_noise(trials: Trials, changing: list[tuple[float, float]]) -> P
     total, total_fuzzy = (np.array([t[name].total_nT for t in trials]) for name in ("calm", "calm+fuzzy"))
     ratio, ratio_fuzzy = (float(np.median([t[name].ratio for t in trials])) for name in ("calm", "calm+fuzzy"))
     noise = [t["calm+fuzzy"].noise_nT2 for t in trials]
-    others = "; ".join(f"{q:g}: {a:.3g}, {b:.3g} nT" for q, (a, b) in zip(STATE_VARIANCES, changing, strict=True))
+    others = "; ".join(
+        f"{q:g}: {figure(a)}, {figure(b)} nT" for q, (a, b) in zip(STATE_VARIANCES, changing, strict=True)
+    )
     return PaperRow(
         f"adapting to changing noise, Q = {CALM.state_variance:g}, noise {LOUD:g} times larger in the last third",
         "strong adaptivity to time-varying noise",

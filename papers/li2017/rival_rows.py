@@ -23,6 +23,7 @@ from papers.li2017.trials import (
     turning,
 )
 from scenarios.arrays import Array
+from validation.text import figure
 
 POOR_NT = 10 * COMPONENTS_NT[1][0]
 """Component error that is poor: ten times the largest that the paper prints of its filter."""
@@ -109,7 +110,7 @@ def _eddies(found: list[RivalErrors]) -> PaperRow:
     return PaperRow(
         "the same rivals with table 1's eddy currents: error of the strength",
         "eddy currents limit the accuracy, not to be neglected",
-        "; ".join(f"{name} {held[name]:.3g} nT (without {without[name]:.2g})" for name in RIVALS),
+        "; ".join(f"{name} {figure(held[name])} nT (without {figure(without[name], 2)})" for name in RIVALS),
         claim(
             all(held[name] > 2 * without[name] for name in RIVALS),
             "more than doubled for every rival",

@@ -9,6 +9,7 @@ from papers.base import PaperRow, spread_text
 from papers.judgement import claim, error_size, incomparable, number
 from papers.li2017.trials import ANGLE_RATES_RAD_S, ENGINE_FILTERS, INTERVAL_S, MOTIONS, TRUE_STATE, FilterErrors
 from scenarios.arrays import Array
+from validation.text import figure
 
 ENGINES_APART = 1e-6
 """Relative difference of a parameter between two programs of one filter."""
@@ -30,7 +31,7 @@ def errors_pct(trials: Trials, name: str, part: slice = slice(None)) -> Array:
 
 def listed(values: Array) -> str:
     """Return a vector as text."""
-    return ", ".join(f"{v:.4g}" for v in values)
+    return ", ".join(figure(v, 4) for v in values)
 
 
 def original_filter_rows(trials: Trials, long: list[Array]) -> list[PaperRow]:
@@ -212,21 +213,23 @@ def engine_row(engines: list[tuple[Array, Array]]) -> PaperRow:
     errors = [[100 * float(np.abs(s / TRUE_STATE - 1).mean()) for s in pair] for pair in engines]
     apart = max(float(np.abs(one / other - 1).max()) for one, other in engines)
     text = "; ".join(
-        f"{name} {one:.6g} and {other:.6g} %" for name, (one, other) in zip(ENGINE_FILTERS, errors, strict=True)
+        f"{name} {figure(one, 6)} and {figure(other, 6)} %"
+        for name, (one, other) in zip(ENGINE_FILTERS, errors, strict=True)
     )
     return PaperRow(
         "mean parameter error by filterpy and by the compiled twin: original, rescaled, rescaled + fuzzy",
         "16.2206, (not separated), 0.3734 %",
         text,
         claim(apart < ENGINES_APART, f"parameters within {ENGINES_APART:g} of their size", "rounding of 10,000 steps"),
-        f"largest relative difference of a parameter {apart:.1g}; one seed. `--with kalman:engine=filterpy`",
+        f"largest relative difference of a parameter {figure(apart, 1)}; one seed. `--with kalman:engine=filterpy`",
     )
 
 
 def motion_row(runs: list[tuple[float, float, list[int]]]) -> PaperRow:
     """Return the row on the dependence on the motion, which the paper does not print."""
     text = "; ".join(
-        f"{'/'.join(f'{r:g}' for r in rates)} rad/s every {interval:g} s: {T_p:.2f} %, {mean:.3g} %, settled {settled}"
+        f"{'/'.join(f'{r:g}' for r in rates)} rad/s every {interval:g} s: {T_p:.2f} %, "
+        f"{figure(mean)} %, settled {settled}"
         for (rates, interval), (T_p, mean, settled) in zip(ALL_MOTIONS, runs, strict=True)
     )
     good = sum(mean <= 0.4 for _, mean, _ in runs)

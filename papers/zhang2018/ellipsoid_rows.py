@@ -20,6 +20,7 @@ from papers.zhang2018.trials import (
 )
 from recordings import Recording
 from scenarios.arrays import Array
+from validation.text import figure
 
 POOR, WHY_POOR = 5.0, "poor has no number; a factor of five is beyond any seed's scatter"
 
@@ -121,7 +122,7 @@ def _offsets(drifts: list[DriftTrial]) -> PaperRow:
 
 def _courses(values: dict[str, Array], digits: int) -> str:
     return "; ".join(
-        f"{k * DRIFT_NT_H:.3g} nT/h: "
+        f"{figure(k * DRIFT_NT_H)} nT/h: "
         + ", ".join(f"{name} {np.median(v[:, i]):.{digits}f}" for name, v in values.items())
         + " nT"
         for i, k in enumerate(DRIFTS)

@@ -7,6 +7,7 @@ import numpy as np
 from papers.base import PaperRow
 from papers.judgement import claim
 from papers.zhang2018.trials import MAIN, METHODS, ZhangTrial, rms_nT, spiral, strength_nT
+from validation.text import figure
 
 ITERATIONS = (10, 50, 100, 200)
 
@@ -19,7 +20,7 @@ def relative_error_rows(trials: list[ZhangTrial]) -> list[PaperRow]:
     others = np.minimum(share["pso"], share["ga"])
     lowest = np.mean(share["psoga"] < others, axis=0)
     medians = "; ".join(
-        f"{name} {', '.join(f'{1e6 * v:.3g}' for v in np.median(values, axis=0))}" for name, values in share.items()
+        f"{name} {', '.join(figure(1e6 * v) for v in np.median(values, axis=0))}" for name, values in share.items()
     )
     at = ", ".join(map(str, ITERATIONS))
     return [

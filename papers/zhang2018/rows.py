@@ -25,6 +25,7 @@ from papers.zhang2018.trials import (
     strength_nT,
 )
 from scenarios.arrays import Array
+from validation.text import figure
 
 FIVE = "an order claimed without exception may fail in one of twenty seeds by chance"
 STALLED = 1.2
@@ -101,7 +102,7 @@ def _order(trials: list[ZhangTrial]) -> PaperRow:
     for setting in SETTINGS:
         orders = _orders(trials, setting.label)
         usual, count = orders.most_common(1)[0]
-        rms = ", ".join(f"{name} {np.median(rms_nT(trials, setting.label, name)[:, -1]):.3g}" for name in METHODS)
+        rms = ", ".join(f"{name} {figure(np.median(rms_nT(trials, setting.label, name)[:, -1]))}" for name in METHODS)
         parts.append(
             f"{setting.label}: claimed order in {100 * orders[CLAIMED_ORDER] / len(trials):.0f} % of seeds, "
             f"most often {' < '.join(usual)} ({100 * count / len(trials):.0f} %), median rms {rms} nT"
@@ -122,7 +123,7 @@ def _by_iteration(trials: list[ZhangTrial]) -> PaperRow:
     for t in (10, 25, 50, 100, 200):
         now = {name: c[:, t - 1] for name, c in curves.items()}
         shares.append(float(np.mean((now["psoga"] < now["ga"]) & (now["ga"] < now["pso"]))))
-        medians = ", ".join(f"{name} {np.median(v):.3g}" for name, v in now.items())
+        medians = ", ".join(f"{name} {figure(np.median(v))}" for name, v in now.items())
         parts.append(f"{t}: {100 * shares[-1]:.0f} % ({medians} nT)")
     return PaperRow(
         "the same order where the search is stopped early",

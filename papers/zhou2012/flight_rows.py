@@ -20,6 +20,7 @@ from scenarios.paths.poses import Pose, Poses
 from scenarios.seeds import stream
 from sim.scenario import Scenario
 from sim.state import State
+from validation.text import figure
 
 TURNTABLE, AUV, QUADROTOR = "turntable that rests", "AUV that holds each heading", "quadrotor that yaws in wind"
 VEHICLES = (TURNTABLE, AUV, QUADROTOR)
@@ -102,14 +103,14 @@ def _values(vehicle: str, found: list[FlownStops]) -> PaperRow:
     return PaperRow(
         f"{vehicle}, twelve stops flown: the five found again, rms error",
         ", ".join(f"{value:g}" for value in PRINTED),
-        ", ".join(f"{name} {value:.1e}" for name, value in zip(NAMES, rms, strict=True)),
+        ", ".join(f"{name} {figure(value, 2)}" for name, value in zip(NAMES, rms, strict=True)),
         claim(
             ratio.max() < LEVEL,
             f"{LEVEL:g} times the Cramer-Rao bound of a level turn",
             "the kinematic rows lie within 1.2 times; the rest is the vehicle's",
         ),
-        f"{', '.join(f'{r:.2g}' for r in ratio)} times the bound at {NOISE_NT:g} nT; {claimed:.2g} times the fit's own "
-        f"deviations; {ok} of {len(found)} report ok; largest lean "
+        f"{', '.join(figure(r, 2) for r in ratio)} times the bound at {NOISE_NT:g} nT; "
+        f"{figure(claimed, 2)} times the fit's own deviations; {ok} of {len(found)} report ok; largest lean "
         f"{spread_text([one.lean_deg for one in found], 'degrees')}. {NOTES[vehicle]}",
     )
 

@@ -11,6 +11,7 @@ from papers.zhou2012.separate import ALONE
 from papers.zhou2012.trials import JOINT, NOISE_NT, OFFSET_NT, PRINTED, STABLE_AT, ZhouTrial, bound
 from scenarios.arrays import Array
 from sim.state import State
+from validation.text import figure
 
 
 def rows(clean: list[ZhouTrial], shifted: list[ZhouTrial], state: State) -> tuple[PaperRow, ...]:
@@ -36,8 +37,8 @@ def _values(trials: list[ZhouTrial], limit: Array, state: State) -> list[PaperRo
     rows = []
     for k, name in enumerate(NAMES):
         note = (
-            f"rms error {error[k]:.2e} over {len(trials)} seeds: {error[k] / own[k]:.2f} of what the noise does to "
-            f"the minimum of this objective (Jacobian), {own[k]:.2e}; Cramer-Rao bound {limit[k]:.2e}"
+            f"rms error {figure(error[k])} over {len(trials)} seeds: {error[k] / own[k]:.2f} of what the noise does to "
+            f"the minimum of this objective (Jacobian), {figure(own[k])}; Cramer-Rao bound {figure(limit[k])}"
         )
         if own[k] > 1.1 * limit[k]:
             note += (
@@ -48,7 +49,7 @@ def _values(trials: list[ZhouTrial], limit: Array, state: State) -> list[PaperRo
             PaperRow(
                 f"{name} found again ({where})",
                 f"{PRINTED[k]:.6f}",
-                f"{found[:, k].mean():.6f} ± {found[:, k].std():.1e}",
+                f"{found[:, k].mean():.6f} ± {figure(found[:, k].std(), 2)}",
                 claim(
                     error[k] <= slack * own[k],
                     f"rms error within {slack:.2f} of the noise's effect",
@@ -68,7 +69,7 @@ def _stable(trials: list[ZhouTrial]) -> PaperRow:
     return PaperRow(
         "objective against iterations (N 25, F_w 0.85, P_c 1, bounds ±0.2)",
         f"stable after about {STABLE_AT}",
-        f"at {STABLE_AT}: {np.median(share):.1e} of the start (95 %: {np.quantile(share, 0.95):.1e})",
+        f"at {STABLE_AT}: {figure(np.median(share), 2)} of the start (95 %: {figure(np.quantile(share, 0.95), 2)})",
         claim(
             np.quantile(share, 0.95) < 0.01,
             "95 % of seeds below 1 % of the start",
@@ -134,7 +135,7 @@ def _weakest(trials: list[ZhouTrial], state: State) -> PaperRow:
     return PaperRow(
         "what a turn about the vertical alone can tell",
         "not discussed",
-        f"all five; condition number {condition:.1f}; worst: b1, {worst:.1e} per {NOISE_NT:g} nT",
+        f"all five; condition number {condition:.1f}; worst: b1, {figure(worst, 2)} per {NOISE_NT:g} nT",
         incomparable("the paper does not ask what a turn can tell"),
         "c1, c2 from the first harmonic of z (horizontal field H); a1 + c1 and b2 + c2 from the first harmonic of the "
         "total (H V / F); b1 from its second harmonic (H^2 / 2 F). At the magnetic equator (V = 0) a1 and b2 are lost, "
@@ -150,9 +151,10 @@ def _offset(clean: list[ZhouTrial], shifted: list[ZhouTrial], state: State) -> P
     return PaperRow(
         f"a sensor offset of {OFFSET_NT:g} nT in x, which the model leaves out",
         "assumed absent",
-        f"a1 moves by {moved[0]:.1e}",
+        f"a1 moves by {figure(moved[0], 2)}",
         incomparable("the paper assumes no offset"),
-        f"a1 moves by offset / V = {expected:.1e}, the others by at most {np.abs(moved[1:]).max():.0e}: from a turn "
-        "about the vertical an offset in x cannot be distinguished from a1, nor one in y from b2. The printed "
+        f"a1 moves by offset / V = {figure(expected, 2)}, the others by at most "
+        f"{figure(np.abs(moved[1:]).max(), 1)}: from a turn about the vertical an offset in x "
+        "cannot be distinguished from a1, nor one in y from b2. The printed "
         f"a1 could be the effect of {abs(PRINTED[0] * state.field_enu_nT[2]):.0f} nT",
     )
