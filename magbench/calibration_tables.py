@@ -9,6 +9,7 @@ import numpy as np
 from calib.models.scalar_terms import NAMES
 from calib.result import Calibration
 from magbench.console import show_table, show_text
+from reports.presentation.calibration import offset_texts
 from validation.calibrating.output_unit import OutputUnit
 from validation.text import figure
 
@@ -16,7 +17,7 @@ from validation.text import figure
 def show_calibrations(calibrations: Mapping[str, Calibration]) -> None:
     """Offset, matrix and status of each calibration, dashes without an estimate; then the reasons."""
     rows = [[name, c.status.kind, *_offset_and_matrix(c)] for name, c in calibrations.items()]
-    show_table("calibrations", ["calibrator", "status", "offset, nT", "matrix"], rows)
+    show_table("calibrations", ["calibrator", "status", "offset, nT (95\u00a0%)", "matrix"], rows)
     for name, c in calibrations.items():
         if c.status.reason:
             show_text(f"{name}: {c.status.reason}")
@@ -29,10 +30,9 @@ def show_calibrations(calibrations: Mapping[str, Calibration]) -> None:
 def _offset_and_matrix(fit: Calibration) -> tuple[str, str]:
     """The cells of an estimate, a line each axis; a dash without an estimate, and for z where it is not determined."""
     if not fit.has_estimate:
-        return "-", "-"
-    offset = [f"{value:.2f}" for value in fit.offset_nT]
+        return "–", "–"
     matrix = "\n".join(" ".join(f"{value:8.5f}" for value in row) for row in fit.matrix)
-    return "\n".join(offset if fit.determines_z else [*offset[:2], "-"]), matrix
+    return "\n".join(offset_texts(fit)), matrix
 
 
 def show_in_unit(calibrations: Mapping[str, Calibration], unit: OutputUnit) -> None:

@@ -40,7 +40,9 @@ INDENT = 2
 LINES_A_ROW = 4
 """Lines that a row of a table takes on average at most; a longer table becomes a list."""
 PLAIN_INTERVAL_S = 5.0
-"""Time between progress lines where there is no terminal."""
+"""Least time between progress lines where there is no terminal."""
+PLAIN_SHARE = 0.25
+"""Of a long work the next line comes after this share of the time that it has taken, so that a log stays short."""
 messages = Console(stderr=True, soft_wrap=True, highlight=False, emoji=False)
 
 
@@ -119,8 +121,9 @@ def _table(
 
 
 def _readable(lines: Sequence[str], cells: Sequence[str], rows: int) -> bool:
-    """Whether no word of a drawn table is broken and no row runs over many lines."""
-    if len(lines) > LINES_A_ROW * (rows + 2):
+    """Whether no word of a drawn table is broken, no row of a matrix, and no row of the table runs over many lines."""
+    parts = [part.strip() for cell in cells if "\n" in cell for part in cell.splitlines()]
+    if len(lines) > LINES_A_ROW * (rows + 2) or not all(any(part in line for line in lines) for part in parts):
         return False
     drawn = set(" ".join(lines).split())
     return all(word in drawn for cell in cells for word in cell.split())
@@ -173,7 +176,7 @@ def _tick(lines: PlainLines, ended: threading.Event) -> None:
 
 
 class PlainLines:
-    """Lines of a work at its first report, each PLAIN_INTERVAL_S as long as it goes on, and at its end."""
+    """Lines of a work at its first report, each PLAIN_INTERVAL_S and then ever rarer, and at its end."""
 
     def __init__(self, what: str, clock: Callable[[], float] = time.monotonic) -> None:
         self.what, self.clock = what, clock
@@ -191,7 +194,7 @@ class PlainLines:
     def remind(self) -> None:
         """Tell how far the work is where the last line is PLAIN_INTERVAL_S old."""
         now_s = self.clock()
-        if now_s - self.told_s >= PLAIN_INTERVAL_S:
+        if now_s - self.told_s >= max(PLAIN_INTERVAL_S, PLAIN_SHARE * (self.told_s - self.begun_s)):
             self._tell(now_s)
 
     def _tell(self, now_s: float) -> None:

@@ -39,4 +39,4 @@ def _show_diagnosis(found: PresentedDiagnosis) -> None:
         show_table("missing effects", ["effect", "or", *PARAMETER_HEADS], rows, numbers=False)
     show_table("", GAP_HEADS, found.gaps)
     if found.parts:
-        show_table("when it is", PART_HEADS, found.parts)
+        show_table("size of the gap over time", PART_HEADS, found.parts)

@@ -5,10 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from scenarios.text import figure as figure
 
 SYMBOLS = {"deg": "°"}
 """Symbols of units with words as names in files."""
+MOST_PLACES = 4
+"""Decimals beyond which a value and its interval are each written by their own digits."""
 ATTACHED = ("°",)
 """Units that follow a number without a space."""
 
@@ -17,6 +21,16 @@ def quantity(value: float, unit: str) -> str:
     """Return a number with unit: "1234 nT", "0.02°", or "0.5" without unit."""
     mark = symbol(unit)
     return f"{figure(value)}{mark if mark in ATTACHED else f' {mark}'}".rstrip()
+
+
+def measured(value: float, half: float) -> str:
+    """Return a value and the half of its interval with the same decimals, the half with two digits: "5209 ± 38"."""
+    if not (np.isfinite(value) and np.isfinite(half) and half > 0):
+        return figure(value)
+    places = max(0, 1 - int(np.floor(np.log10(half))))
+    if places > MOST_PLACES:
+        return f"{figure(value)} ± {figure(half, 2)}"
+    return f"{round(value, places) + 0.0:.{places}f} ± {half:.{places}f}"  # the sum makes 0 of -0
 
 
 def symbol(unit: str) -> str:

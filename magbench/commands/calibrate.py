@@ -97,7 +97,7 @@ def command(
     from validation.calibrating.calibration_file import RefusedExportsError
     from validation.calibrating.fitting import not_applicable
 
-    named, refused = bool(with_ or exec_), None
+    refused = None
     try:
         with progress(f"calibrating {data.name}"):
             found = calibrate(
@@ -120,7 +120,17 @@ def command(
     except RefusedExportsError as error:
         found, refused = error.calibrations, error
     _show(found, _gains(found) if worth else None, found.assessment, json, others=others)
-    end_with(not_applicable(found) if named else [], refused)
+    _tell_files(out, export, refused)
+    end_with(not_applicable(found) if with_ or exec_ else [], refused)
+
+
+def _tell_files(out: Path | None, exports: str | None, refused: Exception | None) -> None:
+    """What was written, and the command that uses it."""
+    from magbench.console import say
+
+    if out:
+        more = f", exports for {exports}" if exports and not refused else ""
+        say(f"{out}: report.html, calibration.json{more}; `magbench apply {out}/calibration.json LOG` corrects a log")
 
 
 def _gains(found: Calibrations) -> Sequence[CrossValidation]:

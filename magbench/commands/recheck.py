@@ -83,7 +83,8 @@ def command(
         emit(found.summary())
     else:
         show_text(headline(found) + "\n")
-        show_table(f"{found.old.name} against the log", HEADS, rows(found), numbers=False)
+        lines = [[cell.replace(", ", "\n") for cell in row] for row in rows(found)]  # a line a component
+        show_table(f"{found.old.name} against the log", HEADS, lines, numbers=False)
         for note in found.notes:
             show_text(note)
     if found.verdict != "valid":

@@ -101,7 +101,8 @@ def _summary(comparison: Comparison) -> str:
     )
     trials = counted(comparison.answers[0].trials, "trial")
     swept = f" of {', '.join(comparison.table.swept)}" if comparison.table.swept else ""
-    return f"{candidates} saw the same {trials} at {points}{swept}."
+    at = f" at {points}{swept}" if len(comparison.answers) > 1 else ""
+    return f"{candidates} saw the same {trials}{at}."
 
 
 def point_title(values: Mapping[str, Value]) -> str:

@@ -84,7 +84,8 @@ def _page(inspection: Inspection) -> dict[str, Any]:
 def _tiles(inspection: Inspection) -> Iterator[tuple[str, str, str]]:
     """Yield the headline figures of the first magnetometer (value, unit, label)."""
     known = {(one.section, one.name): one.value for one in reversed(inspection.findings)}
-    yield str(len(inspection.warnings)), "", "warnings"
+    count = len(inspection.warnings)
+    yield str(count), "", "warning" if count == 1 else "warnings"
     time_s = inspection.sensors[0].series.time_s if inspection.sensors else np.empty(0)
     if len(time_s) > 1:
         length, unit = duration(float(np.ptp(time_s))).split()

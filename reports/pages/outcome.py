@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import platform
 from collections.abc import Iterator
 from importlib.metadata import PackageNotFoundError, version
@@ -25,6 +24,7 @@ from reports.text.outcome import (
     scenario_description,
     score_table,
 )
+from scenarios.toml import to_toml
 from sim.tracking import warning
 from validation.scoring.outcome import Outcome
 from validation.text import digits, duration, plainly
@@ -84,7 +84,7 @@ def _page(outcome: Outcome) -> dict[str, Any]:
         "parameters": effect_parameters(outcome),
         "surroundings": surroundings(outcome),
         "versions": _versions(),
-        "scenario_json": json.dumps(scenario.model_dump(mode="json", by_alias=True, exclude_unset=True), indent=2),
+        "scenario_toml": to_toml(scenario),
     }
 
 

@@ -46,7 +46,7 @@ def next_leg_page(sequence: LegSequence) -> str:
 
 
 def _tile(value: float, goal: Goal) -> tuple[str, str, str]:
-    return figure(value), symbol(goal.unit), goal.name
+    return figure(value), symbol(goal.unit), f"{goal.short}, rms error at best"
 
 
 def _rendered(

@@ -29,11 +29,15 @@ from matplotlib.text import Annotation, Text
 from scenarios.arrays import Array
 
 PX_IN, PX_POINT = 96.0, 96.0 / 72.0
+LEFT_PX = 52
+"""Least margin at the left: plotly's own is too small for label and ticks, which then overlap."""
 DIGITS = 6
 """Significant digits of a limit, a size or a place."""
 STEPS_A_SPAN, STEPS_A_VALUE = 2e4, 1e4
 """Steps of a coordinate in the span of its trace, and in its own size, whichever are finer: a page is a few thousand
 pixels wide, and a logarithmic axis shows values of every size."""
+PLAIN_TICKS = 6
+"""Powers of ten below which tick labels have all their digits: never "20k" or "100µ" beside a unit."""
 FEW_DECADES = 1.3
 """Span of a logarithmic axis, in decades, below which ticks between the powers of ten have labels too."""
 DASHES = {"-": "solid", "--": "dash", ":": "dot", "-.": "dashdot"}
@@ -91,7 +95,7 @@ def _figure_layout(figure: Figure) -> dict[str, Any]:
     """Return the layout common to all panels."""
     return {
         "height": round(figure.get_figheight() * PX_IN) + 60,
-        "margin": {"l": 0, "r": 14, "t": 40, "b": 76},
+        "margin": {"l": LEFT_PX, "r": 14, "t": 40, "b": 76},
         "font": {"size": 11, "color": matplotlib.rcParams["text.color"], "family": "system-ui, sans-serif"},
         "legend": {"orientation": "h", "yref": "container", "yanchor": "bottom", "y": 0, "x": 0},
         "hovermode": "closest",
@@ -149,6 +153,8 @@ def _axis(one: Any, limits: tuple[float, float]) -> dict[str, Any]:
         "showticklabels": any(tick.label1.get_visible() for tick in one.get_major_ticks()[:1]),
         "gridcolor": matplotlib.rcParams["grid.color"],
         "zeroline": False,
+        "exponentformat": "power",
+        "minexponent": PLAIN_TICKS,
     }
     words = [_escaped(label.get_text()) for label in one.get_ticklabels()]
     if any(WORD.match(word) for word in words):

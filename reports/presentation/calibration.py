@@ -15,7 +15,7 @@ from validation.assessment.assessment import Assessment
 from validation.assessment.judgement import ToleranceAnswer
 from validation.assessment.wording import calibration_summary, summary, tolerance_texts, verdict
 from validation.calibrating.residual_parts import by_channel, by_phase, strength_residual
-from validation.text import figure, sentence
+from validation.text import figure, measured, sentence
 
 NORMAL_95 = 1.96
 """Half of the 95 % interval in standard deviations."""
@@ -56,7 +56,7 @@ class PresentedFit:
             reason=sentence(fit.status.reason) if fit.status.reason else "",
             heading=interval(assessed.get("heading_error_deg")),
             strength=(_figure(rms.get("before")), _figure(rms.get("after_held_out"))),
-            offset=tuple(_offset(fit)),
+            offset=tuple(offset_texts(fit)),
             matrix=tuple(_matrix(fit)),
         )
 
@@ -130,7 +130,7 @@ def _figure(value: float | None) -> str:
     return "–" if value is None else figure(float(value))
 
 
-def _offset(fit: Calibration) -> list[str]:
+def offset_texts(fit: Calibration) -> list[str]:
     """Return x, y and z of the offset with the half of the 95 % interval, nT; dashes without an estimate."""
     if not fit.has_estimate:
         return ["–"] * 3
@@ -139,8 +139,8 @@ def _offset(fit: Calibration) -> list[str]:
     texts = []
     for name, value in zip(OFFSET_NAMES, fit.offset_nT, strict=True):
         known = name in wide or fit.determines_z or name != OFFSET_NAMES[2]
-        half = f" ± {figure(NORMAL_95 * float(wide[name]), 2)}" if name in wide else ""
-        texts.append(f"{figure(float(value), 5)}{half}" if known else "–")
+        text = measured(float(value), NORMAL_95 * float(wide[name])) if name in wide else figure(float(value))
+        texts.append(text if known else "–")
     return texts
 
 
@@ -164,7 +164,7 @@ def _tiles(assessed: Mapping[str, Any], best: Mapping[str, Any]) -> list[Tile]:
 
 def _causes(answer: ToleranceAnswer | None) -> tuple[Row, ...]:
     causes = {} if answer is None or answer.causes is None else asdict(answer.causes)
-    return tuple((name.replace("_", " "), figure(float(value), 2)) for name, value in causes.items())
+    return tuple((name.replace("_", " "), figure(float(value), 2)) for name, value in causes.items() if value > 0)
 
 
 def _residual(

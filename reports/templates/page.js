@@ -19,9 +19,18 @@ for (const head of document.querySelectorAll("table.sorts thead th")) {
     head.setAttribute("aria-sort", up ? "ascending" : "descending");
   });
 }
+const touch = matchMedia("(max-width: 700px)").matches;
+if (touch) for (const folded of document.querySelectorAll("details.folds")) folded.open = false;
 const unpack = async (element) => {
   const packed = Uint8Array.from(atob(element.textContent), (sign) => sign.charCodeAt(0));
   return new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"))).text();
+};
+// On a narrow screen a finger scrolls the page; titles of panels are smaller, and phases above them are left out.
+const fitNarrow = (layout) => {
+  layout.dragmode = false;
+  const above = (note) => `${note.yref}`.endsWith("domain") && note.y >= 1;
+  layout.annotations = (layout.annotations ?? []).filter((note) => !above(note) || note.text.startsWith("<b>"));
+  for (const note of layout.annotations) note.font = { ...note.font, size: 9 };
 };
 const draw = async (places) => {
   const library = document.createElement("script");
@@ -32,12 +41,17 @@ const draw = async (places) => {
     place.style.height = "";
     const columns = new Set(Object.entries(plot.layout).filter(([key]) => key.startsWith("xaxis")).map(([, axis]) => axis.domain[0]));
     if (columns.size > 1) place.classList.add("wide");
-    const touch = matchMedia("(max-width: 700px)").matches;
-    if (touch) plot.layout.dragmode = false;
+    if (touch) fitNarrow(plot.layout);
     Plotly.newPlot(place, plot.data, plot.layout, { responsive: true, displaylogo: false, displayModeBar: touch ? false : "hover" });
+    tellSideways();
     await new Promise((rest) => setTimeout(rest));
   }
 };
+const tellSideways = () => {
+  for (const figure of document.querySelectorAll("figure")) figure.classList.toggle("sideways", figure.scrollWidth > figure.clientWidth + 1);
+};
+addEventListener("load", tellSideways);
+addEventListener("resize", tellSideways);
 const plots = [...document.querySelectorAll(".plot")];
 const browsers = "This browser cannot unpack the plot: Chrome 80, Firefox 113, Safari 16.4 or a newer one can.";
 if (typeof DecompressionStream !== "undefined") { if (plots.length) draw(plots); }

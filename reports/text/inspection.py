@@ -14,14 +14,17 @@ MARKS = {"ok": "", "note": "·", "warning": "!"}
 MOST_NUMBERS = 3
 
 
-ANSWERS = (("calibration", "enough_for"), ("time", "samples"), ("motion", "coverage"), ("noise", "white"))
+ENOUGH = ("calibration", "enough_for")
+"""The finding that answers first, also where the answer is no."""
+ANSWERS = (ENOUGH, ("time", "samples"), ("motion", "coverage"), ("noise", "white"))
 """Findings that say what the recording is good for, in the order of reading."""
 
 
 def answer_texts(inspection: Inspection) -> list[str]:
     """Return the sentences of an inspection's first screen: the number of warnings, then what it is good for."""
     found = inspection.findings
-    told = [one.text for key in ANSWERS for one in found if (one.section, one.name) == key and one.level != "warning"]
+    shown = {key: [one for one in found if (one.section, one.name) == key] for key in ANSWERS}
+    told = [one.text for key, each in shown.items() for one in each if key == ENOUGH or one.level != "warning"]
     return [headline(inspection), *told]
 
 
@@ -29,7 +32,11 @@ def attention_points(inspection: Inspection) -> list[tuple[str, str]]:
     """Return mark and sentence of each warning, then of each note that the answer does not hold."""
     marked = sorted((one for one in inspection.findings if one.level != "ok"), key=lambda one: one.level != "warning")
     held = answer_texts(inspection)
-    return [(MARKS[one.level], f"{one.section}: {one.text}") for one in marked if one.text not in held]
+    return [
+        (MARKS[one.level], f"{one.section}: {one.text}")
+        for one in marked
+        if one.text not in held or one.level == "warning"
+    ]
 
 
 def finding_rows(inspection: Inspection) -> list[list[str]]:

@@ -214,12 +214,25 @@ def _spaces(outcome: Outcome) -> list[rrb.Spatial3DView]:
         contents=["world/path/**", f"{PLACE}/here"],
         name="Path",
         line_grid=False,
-        eye_controls=camera_at(pos_m, reach),
+        eye_controls=camera_at(pos_m[busiest(outcome)], reach),
     )
     cloud = rrb.Spatial3DView(
         origin="cloud", contents=clouds, name="Raw (grey), best corrected (blue), body frame, nT", line_grid=False
     )
     return [body, path, cloud] if outcome.travels else [body, cloud]
+
+
+def busiest(outcome: Outcome) -> slice:
+    """Return the samples of the phase in which the vehicle turns most, where a calibration is made; else all.
+
+    The angle turned: int |w| dt, w the body rate.
+    """
+    rate_rad_s, time_s = outcome.recording.gyro_rad_s, outcome.recording.time_s
+    if rate_rad_s is None or len(time_s) < 2:
+        return slice(None)
+    turned = np.linalg.norm(rate_rad_s, axis=1) * np.gradient(time_s)
+    _, first, last = max(outcome.phases(), key=lambda phase: float(np.nansum(turned[phase[1] : phase[2]])))
+    return slice(first, last)
 
 
 def _plots(outcome: Outcome) -> list[rrb.TimeSeriesView | rrb.Grid]:

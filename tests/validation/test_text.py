@@ -13,6 +13,7 @@ from validation.text import (
     figures,
     frequency,
     listed,
+    measured,
     plainly,
     quantity,
     sentence,
@@ -85,6 +86,15 @@ def test_duration(seconds: float, text: str) -> None:
 )
 def test_frequency(hertz: float, text: str) -> None:
     assert frequency(hertz) == text
+
+
+@pytest.mark.parametrize(
+    ("value", "half", "text"),
+    [(5209.42, 38.2, "5209 ± 38"), (-3.2, 0.0421, "-3.200 ± 0.042"), (-0.04, 28.1, "0 ± 28"),
+     (7171.3, 3301.0, "7171 ± 3301"), (1.23, 1e-7, "1.23 ± 1e-7"), (1.23, float("nan"), "1.23"), (1.23, 0.0, "1.23")],
+)  # fmt: skip
+def test_a_measured_value_has_the_decimals_of_its_interval(value: float, half: float, text: str) -> None:
+    assert measured(value, half) == text
 
 
 def test_short_is_three_digits_of_each_number_and_a_word_as_it_is() -> None:

@@ -69,7 +69,7 @@ def tolerance_texts(found: ToleranceAnswer) -> list[str]:
     told = [f"{limit}: {found.answer} ({probability})"]
     if found.causes is not None:
         parts = [f"{_called(name)} {figure(value, 2)} deg" for name, value in asdict(found.causes).items() if value > 0]
-        told.append(f"causes: {', '.join(parts)}")
+        told.append(f"what makes the error: {', '.join(parts)}")
     if found.wrong_axes:
         told.append(f"mend the axes first: {found.wrong_axes}")
     elif found.next_leg is not None:

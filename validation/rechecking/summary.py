@@ -9,9 +9,11 @@ import numpy as np
 from scenarios.plain import json_ready
 from validation.rechecking.parts import INTERVAL_Z, JOINT, OFFSET, SCALE, PartChange
 from validation.rechecking.recheck import Recheck
-from validation.text import figure, listed
+from validation.text import figure, listed, measured
 
-HEADS = ("part", "change", "95 %", "unit", "heading error", "chance without a change")
+HEADS = ("part", "change (95 %)", "unit", "heading error", "chance without a change")
+SMALLEST_DEG = 1e-3
+"""Heading errors below are told as less: no survey notices."""
 
 
 def summary(found: Recheck) -> dict[str, Any]:
@@ -80,8 +82,9 @@ def rows(found: Recheck) -> list[list[str]]:
     """Return a row a part, cells of HEADS."""
     table = []
     for one in found.parts:
-        values = " ".join(figure(v) for v in one.value)
-        wide = " ".join(f"±{figure(INTERVAL_Z * s, 2)}" for s in one.std)
+        values = ", ".join(measured(v, INTERVAL_Z * s) for v, s in zip(one.value, one.std, strict=True))
         chance = "< 0.0001" if one.chance < 1e-4 else figure(one.chance, 2)
-        table.append([one.what, values, wide, one.unit, f"{figure(one.heading_deg, 2)}°", chance])
+        small = one.heading_deg < SMALLEST_DEG
+        error = f"< {figure(SMALLEST_DEG)}°" if small else f"{figure(one.heading_deg, 2)}°"
+        table.append([one.what, values, one.unit, error, chance])
     return table

@@ -12,6 +12,7 @@ import pytest
 from rerun.chunk import RrdReader
 
 from reports.viewer import FULL, Detail, read_series, verify, write_recording
+from reports.viewer.outcome import busiest
 from scenarios.arrays import Array
 from scenarios.errors import InputError
 from sim.vehicles import VEHICLES
@@ -47,6 +48,18 @@ def test_verifies(path: Path, tmp_path: Path) -> None:
         verify(cut)
     with pytest.raises(InputError):
         verify(tmp_path / "none.rrd")
+
+
+def test_the_camera_looks_at_the_phase_that_turns_most(outcome: Outcome) -> None:
+    """Two thirds of the time a descent at 0.01 rad/s, then turns at 0.1 rad/s."""
+    n = len(outcome.recording)
+    first = 2 * n // 3
+    phase = np.where(np.arange(n) < first, "descent", "turns")
+    rate_rad_s = np.where(np.arange(n) < first, 0.01, 0.1)[:, None] * [0.0, 0.0, 1.0]
+    recording = dataclasses.replace(outcome.recording, phase=phase, gyro_rad_s=rate_rad_s)
+    assert busiest(dataclasses.replace(outcome, recording=recording)) == slice(first, n)
+    blind = dataclasses.replace(recording, gyro_rad_s=None)
+    assert busiest(dataclasses.replace(outcome, recording=blind)) == slice(None)
 
 
 def _expected(outcome: Outcome) -> dict[str, Array]:
