@@ -171,6 +171,13 @@ class CalibrationsJson(RootModel[dict[str, CalibrationJson]]):
     """calibration.json of `magbench calibrate`: calibrations by name; each alone is of kind `calibration`."""
 
 
+class StrengthChangeJson(ResultTable):
+    """Strength before and after a correction, each a pair."""
+
+    mean_nT: list[float | None] = key("mean over the samples", min_length=2, max_length=2)
+    std_nT: list[float | None] = key("standard deviation over the samples", min_length=2, max_length=2)
+
+
 class ApplyJson(ResultTable):
     """What `apply` has corrected."""
 
@@ -178,7 +185,10 @@ class ApplyJson(ResultTable):
     samples: int = key("corrected samples")
     corrected: str = key("corrected columns")
     warning: str = key("doubts about the calibration; empty for none")
+    strength: dict[str, StrengthChangeJson] = key("before and after, by calibration; of an array NAME@sensor")
+    answer: str = key("whether the strength varies less, in words")
     out: str = key("the corrected recording")
+    page: str | None = where_told("page beside the corrected recording")
 
 
 class PartChangeJson(ResultTable):
