@@ -129,11 +129,11 @@ def _write(
     sources: Sequence[Source],
     say: Callable[[str], object],
 ) -> None:
+    if out is None:
+        return
     from magbench.api.diagnosis_results import DiagnosisResult
     from reports.outputs.diagnosis import write_diagnosis, write_pooled_diagnosis
 
-    if out is None:
-        return
     say("report and recording")
     if isinstance(found, DiagnosisResult):
         write_diagnosis(found.presented, out, f"Diagnosis of {sources[0].name}")

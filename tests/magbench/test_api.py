@@ -301,6 +301,11 @@ def test_a_log_is_read_without_simulator_pictures_and_statistics(
     assert not run_python(code).stderr.split("\n")[-2:][0]
 
 
+def test_a_diagnosis_without_files_loads_no_pictures(run_python: Callable[[str], Any]) -> None:
+    code = "import sys; from magbench.api.diagnose import _write; _write(None, None, (), print)"
+    assert not run_python(f"{code}; sys.exit(' '.join({{'matplotlib', 'rerun'}} & set(sys.modules)))").stderr.strip()
+
+
 def test_several_calibrations_are_not_taken_for_one() -> None:
     several: Any = magbench.calibrate(measured(), STRENGTH_NT, with_=["sphere", "ellipsoid"])
     with pytest.raises(InputError, match="of several, one by its name"):

@@ -10,7 +10,7 @@ from validation.axes.estimate import axes_of, field_down
 from validation.axes.frame import frame_of
 from validation.axes.wording import axes_verdict
 from validation.inspection.finding import Finding, Level
-from validation.inspection.sensor_data import SensorData, attitude_of
+from validation.inspection.sensor_data import SensorData
 from validation.policy import POLICY
 from validation.signals.quaternion_conventions import (
     CONVENTIONS,
@@ -35,7 +35,7 @@ def frame_findings(data: SensorData, stated: str = "", reference: Reference | No
 
     stated : body frame of the log as stated, "flu", "frd" or "". reference : the field there, if known.
     """
-    q = attitude_of(data.series)
+    q = data.attitude
     if q is None:
         found = [_gyro_by_field(data)]
     else:

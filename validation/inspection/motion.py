@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from calib.observability import Extent, axis_text, main_axis, planar_status
 from scenarios.arrays import Array
 from validation.inspection.finding import Finding, Level
-from validation.inspection.sensor_data import SensorData, attitude_of
+from validation.inspection.sensor_data import SensorData
 from validation.policy import POLICY
 from validation.signals.quaternion_conventions import euler_deg
 from validation.signals.sphere import cells, directions, largest_hole
@@ -21,7 +21,7 @@ def motion_findings(data: SensorData) -> list[Finding]:
     """Return findings on coverage, extent of the field, ranges of the angles, and constant rates."""
     if len(data.series) < 3:
         return []
-    q = attitude_of(data.series)
+    q = data.attitude
     found = [_coverage(data), _extent(data), _angles(data, q), _steady_turn(data, q)]
     return [finding for finding in found if finding is not None]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -58,11 +59,20 @@ class SensorData:
     white_nT: Array
     settled: bool
     ellipsoid: Calibration
-    residual: Residual | None
     judged: ScreenedRecording
     reference: Reference
 
-    @property
+    @cached_property
+    def residual(self) -> Residual | None:
+        """Return the residual of a simple model, None for too few rows."""
+        return _residual(self)
+
+    @cached_property
+    def attitude(self) -> Array | None:
+        """Return `attitude_of` the series."""
+        return attitude_of(self.series)
+
+    @cached_property
     def even(self) -> bool:
         """Return whether the intervals are even enough for a spectrum."""
         step = np.diff(self.fresh_s)
@@ -76,12 +86,12 @@ class SensorData:
         """Return samples per second between gaps, NaN for fewer than three samples."""
         return 1.0 / usual_interval(self.fresh_s) if len(self.fresh) > 2 else float("nan")
 
-    @property
+    @cached_property
     def strength_nT(self) -> float:
         """Return the median strength of the measured field."""
         return median_strength(self.series.mag_nT)
 
-    @property
+    @cached_property
     def corrected_nT(self) -> Array | None:
         """Return the field (n, 3) after the ellipsoid fit, None for a failed fit."""
         if self.ellipsoid.status.kind != "ok":
@@ -110,17 +120,26 @@ def derive(
     known = (fresh, fresh_s, white_nT, bool(settled.all()))
     reference = reference or _own_strength(judged.recording)
     ellipsoid = judged.judged(get("ellipsoid").fit(judged.recording, reference))
-    data = SensorData(sensor, series, unit, lattices, *known, ellipsoid, None, judged, reference)
-    return replace(data, residual=_residual(data))
+    return SensorData(sensor, series, unit, lattices, *known, ellipsoid, judged, reference)
 
 
 def without_faults(data: SensorData) -> SensorData:
     """Return the data of the rows without a fault of the sensor, of which motion and noise are told."""
-    found = screen(Recording(data.series.time_s, data.series.mag_nT))
+    found = _screened_alone(data)
     if all(fault.remedy == "none" or fault.kind == "held" for fault in found.faults):
         return data
     clean = data.series.taken(found.keep, found.recording.mag_nT)
     return replace(derive(clean, data.sensor, data.judged, data.reference), unit=data.unit)
+
+
+def _screened_alone(data: SensorData) -> ScreenedRecording:
+    """Return the series screened without other instruments, as judged where the log has none and rows are sound."""
+    series, judged = data.series, data.judged
+    others = (series.gyro_rad_s, series.accel_m_s2, series.att_q)
+    bare = data.sensor is None and all(other is None for other in others) and judged.recording.current_A is None
+    if bare and len(judged.keep) == len(series):
+        return judged
+    return screen(Recording(series.time_s, series.mag_nT))
 
 
 def median_strength(mag_nT: Array) -> float:
@@ -169,7 +188,7 @@ def _residual(data: SensorData) -> Residual | None:
     series = data.series
     if len(data.fresh) < POLICY.least_rows:
         return None
-    q = attitude_of(series)
+    q = data.attitude
     if q is not None:
         known = np.isfinite(q[data.fresh]).all(axis=1)
         index = data.fresh[known]

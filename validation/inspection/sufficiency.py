@@ -12,7 +12,7 @@ from calib.observability import Extent, planar_status
 from recordings import Recording
 from scenarios.arrays import Array
 from validation.inspection.finding import Finding
-from validation.inspection.sensor_data import SensorData, attitude_of
+from validation.inspection.sensor_data import SensorData
 from validation.policy import POLICY
 from validation.signals.quaternion_conventions import mean_direction
 from validation.text import figure, listed
@@ -70,10 +70,11 @@ def _spread(data: SensorData) -> Finding:
     """Return the relative standard deviation of the strength in percent, as measured and after the ellipsoid fit."""
     raw = _percent(data.series.mag_nT)
     corrected = data.corrected_nT
-    value = {"raw_percent": raw, "ellipsoid_percent": None if corrected is None else _percent(corrected)}
+    left = None if corrected is None else _percent(corrected)
+    value = {"raw_percent": raw, "ellipsoid_percent": left}
     text = f"The strength as measured varies by {figure(raw)} % rms"
-    if corrected is not None:
-        text += f", after an ellipsoid fit to these data by {figure(_percent(corrected))} %"
+    if left is not None:
+        text += f", after an ellipsoid fit to these data by {figure(left)} %"
     return Finding(SECTION, "strength_spread", value, "%", text + ".", "ok", data.sensor)
 
 
@@ -103,7 +104,7 @@ def _tried(data: SensorData) -> dict[CalibrationKind, Status]:
     if data.judged.recording.origin.axes == "xy":
         return {PLANAR: planar}
     statuses |= {} if planar.kind == "not_applicable" else {PLANAR: planar}
-    q = attitude_of(series)
+    q = data.attitude
     vector = None if q is None else _field_vector(data, q, strength)
     if q is not None and vector is not None:
         known = np.isfinite(q).all(axis=1)

@@ -19,6 +19,8 @@ SAME_DISTANCE = 1.5
 """Ratio to the least distance of clusters up to which a distance counts as one step."""
 MOST_DIFFERENCES = 400
 """Differences at most that a common divisor is computed from."""
+NEAREST = 10
+"""Neighbours of the median that the first window holds at least."""
 GCD_TOLERANCES = (1e-6, 1e-3, 2e-2)
 """Remainders, over the smallest difference, that count as rounding in a common divisor."""
 
@@ -156,12 +158,14 @@ def _surprise(chance: float) -> float:
 
 def _refined(distinct: Array, step: float) -> tuple[float, float] | None:
     """Return step and offset, fitted in growing windows about the median so that no code slips."""
-    middle = float(distinct[len(distinct) // 2])
-    distance = np.abs(distinct - middle)
-    reach = max(20 * step, float(np.sort(distance)[min(10, len(distance) - 1)]))
+    at = len(distinct) // 2
+    middle = float(distinct[at])
+    nearest = np.sort(np.abs(distinct[max(0, at - NEAREST) : at + NEAREST + 1] - middle))
+    reach = max(20 * step, float(nearest[min(NEAREST, len(distinct) - 1)]))
     offset = middle
     while True:
-        inside = distinct[distance <= reach]
+        first, last = np.searchsorted(distinct, middle - reach), np.searchsorted(distinct, middle + reach, "right")
+        inside = distinct[first:last]
         turn = np.angle(np.mean(np.exp(2j * np.pi * (inside - offset) / step))) / (2 * np.pi)
         offset += turn * step
         code = np.rint((inside - offset) / step)

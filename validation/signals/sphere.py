@@ -12,6 +12,13 @@ from scenarios.arrays import Array
 BAND_DEG = 15.0
 """Height of a band of latitude, and about the width of a cell."""
 
+THINNED = 5_000
+"""Vectors by which most cells are known to be no hole."""
+BLOCK = 65_536
+"""Vectors at a time."""
+ROUNDING = 1e-12
+"""Of a cosine, summed in another order."""
+
 
 @dataclass(frozen=True)
 class Cells:
@@ -73,8 +80,17 @@ def largest_hole(direction: Array) -> tuple[float, Array]:
     Centres are middles of cells; the radius is the angle to the nearest unit vector.
     """
     middle = cells().centres()
+    nearest = _nearest(middle, direction[:: max(1, len(direction) // THINNED)])
+    known = _nearest(middle[[int(np.argmin(nearest))]], direction)[0]
+    left = np.flatnonzero(nearest <= known + ROUNDING)  # more vectors only come nearer: the rest is no larger hole
+    found = _nearest(middle[left], direction)
+    emptiest = int(np.argmin(found))
+    return float(np.degrees(np.arccos(np.clip(found[emptiest], -1, 1)))), middle[left[emptiest]]
+
+
+def _nearest(middle: Array, direction: Array) -> Array:
+    """Return the cosine (c,) of the angle from each centre (c, 3) to the nearest of the unit vectors (n, 3)."""
     nearest = np.full(len(middle), -1.0)
-    for start in range(0, len(direction), 65_536):
-        nearest = np.maximum(nearest, (middle @ direction[start : start + 65_536].T).max(axis=1))
-    emptiest = int(np.argmin(nearest))
-    return float(np.degrees(np.arccos(np.clip(nearest[emptiest], -1, 1)))), middle[emptiest]
+    for start in range(0, len(direction), BLOCK):
+        nearest = np.maximum(nearest, (middle @ direction[start : start + BLOCK].T).max(axis=1))
+    return nearest

@@ -53,3 +53,13 @@ def test_a_hole_of_known_size_and_place(radius_deg: float) -> None:
     hole_deg, at = largest_hole(seen)
     assert 0 <= radius_deg - hole_deg < BAND_DEG / np.sqrt(2)
     assert np.degrees(np.arccos(at @ middle)) < BAND_DEG / np.sqrt(2)
+
+
+def test_the_largest_hole_of_many_vectors_is_that_of_every_centre_against_every_vector() -> None:
+    rng = np.random.default_rng(1)
+    for tilt in (0.2, 1.0, 3.0):
+        seen = directions(rng.normal(size=(40_000, 3)) + tilt * rng.normal(size=3))
+        cosines = (cells().centres() @ seen.T).max(axis=1)
+        hole_deg, at = largest_hole(seen)
+        assert hole_deg == pytest.approx(np.degrees(np.arccos(cosines.min())))
+        np.testing.assert_array_equal(at, cells().centres()[np.argmin(cosines)])
