@@ -141,3 +141,12 @@ def test_pushes_are_no_shorter_and_no_longer_than_they_may_be() -> None:
     manoeuvre = Pushed(20.0, push_s=4.0)
     assert manoeuvre.filling(LEGS, manoeuvre.phase(LEGS).duration_s + 1000.0).push_s == 10.0
     assert manoeuvre.filling(LEGS, manoeuvre.phase(LEGS).duration_s + 0.5).push_s > 4.0
+
+
+def test_times_are_written_in_tenths_of_a_second() -> None:
+    phase = Held(7.0).phase([Leg(31.3, 15.0, -12.0, 2.04), Leg(-44.7, 3.0, 8.0, 0.37)])
+    assert [pose.hold_s for pose in phase.poses] == [2.0, 0.4]
+    for time_s in (*(pose.move_s for pose in phase.poses), phase.home_s):
+        assert time_s == round(time_s, 1)
+    pushes = Pushed(7.0).phase([Leg(31.3, 5.0, 0.0, 2.0), Leg(-44.7, 3.0, 8.0, 1.0)]).pushes
+    assert [push.turn_s for push in pushes] == [round(push.turn_s, 1) for push in pushes]
