@@ -1,7 +1,12 @@
-"""Builds the site in out/site from a copy of docs: `make docs`, without network; the checkout stays as it is."""
+"""Builds the site in out/site from a copy of docs: `make docs`, without network; the checkout stays as it is.
+
+Versions of the site stand side by side: a copy of out/site beside it, such as out/site-0.1.0, is found by the menu of
+every other one (`versions.js` of their folder, which every build writes anew).
+"""
 
 from __future__ import annotations
 
+import json
 import re
 import sys
 from collections.abc import Iterator
@@ -9,12 +14,16 @@ from pathlib import Path
 
 import reference_pages
 
+import magbench
+
 DOCS = Path(__file__).parent
 ROOT = DOCS.parent
 PROJECT = ("ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md", "REFERENCES.md")
 """Pages of the repository's top that the site holds too, below `project/`."""
 ABOVE, BELOW = re.compile(r"\]\(\.\./(?=\w+\.md)"), re.compile(r"\]\(docs/")
 """Links that lead from docs to the top, and back."""
+VERSION, VERSIONS = "version.txt", "versions.js"
+"""In each site its version, and beside the sites the folder of each version."""
 GLOSSARY = re.compile(r"^## Glossary\n(.*?)(?=^## )", re.MULTILINE | re.DOTALL)
 """The words of the architecture, which are those of the pages."""
 
@@ -25,7 +34,18 @@ def main(out: Path = ROOT / "out") -> int:
 
     copy(out / "book")
     options = ("-q", "-W", "--keep-going", "-b", "html", "-d", out / "doctrees", out / "book", out / "site")
-    return sphinx([str(option) for option in options])
+    status = sphinx([str(option) for option in options])
+    if status == 0:
+        list_versions(out / "site")
+    return status
+
+
+def list_versions(site: Path) -> None:
+    """Note the site's version in it, and the folders of all versions beside them, as a script that every page loads."""
+    (site / VERSION).write_text(magbench.__version__, encoding="utf-8")
+    notes = sorted(site.parent.glob(f"*/{VERSION}"))
+    folders = {note.parent.name: note.read_text(encoding="utf-8").strip() for note in notes}
+    (site.parent / VERSIONS).write_text(f"window.magbenchVersions = {json.dumps(folders)};\n", encoding="utf-8")
 
 
 def copy(source: Path) -> None:

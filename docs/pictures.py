@@ -18,6 +18,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import artwork
 import matplotlib
 import method
 import numpy as np
@@ -76,6 +77,7 @@ def main() -> None:
     save("log-strength.png", drawn(log_strength))
     for name, draw in method.PICTURES.items():
         save(name, drawn(draw), method.MOST_BYTES)
+    artwork.main()
     tables.write_all()
     shown.keep(verdicts.kept(), method.kept(), viewed)
 

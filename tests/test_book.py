@@ -3,23 +3,29 @@
 from __future__ import annotations
 
 import io
+import json
 import re
 import runpy
 import shlex
+import tomllib
 from pathlib import Path
 
+import artwork
 import book
 import docstrings
 import executed
 import numpy as np
 import pytest
 import reference_pages
+import result_keys
 import shown
 from matplotlib import pyplot
+from PIL import Image
 
 import magbench
 from diagnosis.verdict import Verdict
 from magbench.cli import main
+from magbench.commands.schema import SchemaKind, schema_of
 from tests.conftest import ROOT
 
 TREE = re.compile(r"^:::\{toctree\}\n(.*?)^:::$", re.MULTILINE | re.DOTALL)
@@ -28,6 +34,9 @@ GALLERY = "pictures_of/"
 """Pages that sphinx-gallery writes as the site is built."""
 EXAMPLES = sorted((ROOT / "docs" / "gallery").glob("*/*.py"))
 FEWEST_PICTURES, MOST_LINES = 30, 40
+MOST_BYTES = 60_000
+"""Of a logo, a badge or the social card."""
+EFFECT = ("", "NamedEffectJson")
 
 
 @pytest.fixture(scope="module")
@@ -66,6 +75,47 @@ def test_a_page_that_is_gone_is_removed_and_one_that_stayed_keeps_its_time(sourc
     book.copy(source)
     assert not (source / "old.md").exists()
     assert (source / "index.md").stat().st_mtime_ns == time
+
+
+def test_versions_in_folders_beside_each_other_are_known_to_all(tmp_path: Path) -> None:
+    for folder, version in (("site-0.0.9", "0.0.9"), ("site", "")):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / book.VERSION).write_text(version)
+    book.list_versions(tmp_path / "site")
+    text = (tmp_path / book.VERSIONS).read_text(encoding="utf-8").removeprefix("window.magbenchVersions = ")
+    assert json.loads(text.removesuffix(";\n")) == {"site": magbench.__version__, "site-0.0.9": "0.0.9"}
+
+
+def test_logo_and_badges_are_as_drawn_and_true() -> None:
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    for path, content in artwork.files():
+        assert path.suffix == ".png" or path.read_bytes() == content
+        assert path.stat().st_size < MOST_BYTES
+    with Image.open(artwork.STYLE / "card.png") as kept, Image.open(io.BytesIO(artwork.card())) as anew:
+        assert kept.size == anew.size
+    assert artwork.facts()["license"][1] in readme
+    assert f"Python {' to '.join(artwork.TESTED)}" in readme
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert project["requires-python"] == f">={artwork.TESTED[0]}"
+
+
+@pytest.mark.parametrize("kind", ["diagnose", "bound", "calibrations"])
+def test_the_page_of_a_result_has_every_key_of_its_schema(source: Path, kind: str) -> None:
+    text = (source / "schemas" / f"{kind}.md").read_text(encoding="utf-8").split("```json")[0]
+    tables = schema_of(SchemaKind(kind)).get("$defs", {})
+    for name, table in tables.items():
+        assert f"## {result_keys.words(name)}\n" in text
+        assert all(f"| `{key}` |" in text for key in table.get("properties", ()))
+
+
+def test_keys_of_a_result_are_told_with_their_place_and_kind() -> None:
+    own, effect, *_ = (one for one in result_keys.tables(schema_of(SchemaKind.DIAGNOSE)) if one.name in EFFECT)
+    assert ("gap", "[gap]", "the residual before and after") in own.rows
+    assert "effects[]" in effect.paths
+    assert {"stated", "corrected", "only_in"} <= {name for name, _, _ in effect.rows}
+    kinds = {name: kind for name, kind, _ in result_keys.tables(schema_of(SchemaKind.BOUND))[0].rows}
+    assert (kinds["offset_std_nT"], kinds["eddy_std_s"]) == ("3 numbers", "list of 3 numbers; may be left out")
+    assert kinds["unobservable"] == "list of [unobservable]"
 
 
 def test_arguments_of_a_docstring_become_fields() -> None:
