@@ -7,6 +7,7 @@ import json
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from functools import cache
 from pathlib import Path
 from typing import Any
 from uuid import uuid4
@@ -110,6 +111,16 @@ def sha256_of(path: Place) -> str:
         while block := file.read(READ_BYTES):
             digest.update(block)
         return digest.hexdigest()
+
+
+def remembered_sha256(path: Place) -> str:
+    """Return the SHA-256 of a file, hexadecimal, computed anew only after a file of this machine was written."""
+    return _sha256_when(path, path.stat().st_mtime_ns if isinstance(path, Path) else 0)
+
+
+@cache
+def _sha256_when(path: Place, changed_ns: int) -> str:
+    return sha256_of(path)
 
 
 def canonical_json(value: Any) -> str:

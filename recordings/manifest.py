@@ -12,7 +12,7 @@ from pydantic import ConfigDict, NonNegativeInt, PositiveInt, TypeAdapter
 from pydantic.dataclasses import dataclass
 
 from recordings.columns import Column
-from recordings.files import sha256_of
+from recordings.files import remembered_sha256
 from recordings.joined_runs import separate_run
 from recordings.layout import DATA, DatasetLayout
 from recordings.metadata import FORMAT, RunFile
@@ -121,7 +121,7 @@ def file_of(path: Path, run: int) -> Path:
     if not file.exists():
         raise InputError(f"run {run} is not there yet", where=str(path), do="repeat the `simulate` command: it resumes")
     sha256 = next((one.sha256 for one in manifest.files if one.path == listed), None)
-    if sha256 is not None and sha256_of(file) != sha256:
+    if sha256 is not None and remembered_sha256(file) != sha256:
         do = "repeat the `simulate` command: the file is made anew"
         raise InputError(f"differs from its SHA-256 in {MANIFEST}", where=str(file), do=do)
     return separate_run(file, run) if manifest.runs_per_file > 1 else file

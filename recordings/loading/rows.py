@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache, lru_cache
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
-from recordings.files import sha256_of
+from recordings.files import remembered_sha256
 from recordings.readers import parquet_errors_about
 from recordings.url_path import Place, arrow_source
 from scenarios.errors import InputError
@@ -67,16 +67,10 @@ def check_file(place: RunPlace) -> None:
     """Compare a run's file with its SHA-256, once until the file changes; InputError where they differ."""
     if place.sha256 is not None:
         with parquet_errors_about(place.file):
-            changed_ns = place.file.stat().st_mtime_ns if isinstance(place.file, Path) else 0
-            _check(place.file, place.sha256, changed_ns)
-
-
-@cache
-def _check(file: Place, sha256: str, changed_ns: int) -> None:
-    """Compare a file with its SHA-256; changed_ns : when the file was written, for a new check after a change."""
-    if sha256_of(file) != sha256:
-        do = "copy the file again, or remove it and repeat the `simulate` command; check=False reads it as it is"
-        raise InputError("differs from its SHA-256 in dataset.json", where=str(file), do=do)
+            found = remembered_sha256(place.file)
+        if found != place.sha256:
+            do = "copy the file again, or remove it and repeat the `simulate` command; check=False reads it as it is"
+            raise InputError("differs from its SHA-256 in dataset.json", where=str(place.file), do=do)
 
 
 @lru_cache(FILES_OPEN)

@@ -90,7 +90,8 @@ def compare(
     with locked_directory(out):
         remove_leftovers(out)
         journal = Journal.open(out, design.identity(), warn=warn)
-        table = _computed(design, trials, journal, engine, progress, question)
+        with journal.left_where_begun():
+            table = _computed(design, trials, journal, engine, progress, question)
         table.write(out)
         found = _answered(design, table, question, out)
         write_text(out / ANSWER, json.dumps(summary(found, design.seed), indent=1, allow_nan=False) + "\n")

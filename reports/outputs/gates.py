@@ -51,7 +51,8 @@ def run_gates(
     with locked_directory(out):
         remove_leftovers(out)
         journal = open_gate_journal(groups, out, warn)
-        outcomes = decide_gates(groups, engine, progress, journal)
+        with journal.left_where_begun():
+            outcomes = decide_gates(groups, engine, progress, journal)
         texts = (
             junit(outcomes, title, strict=strict),
             json.dumps(full_summary(outcomes), indent=1, allow_nan=False) + "\n",

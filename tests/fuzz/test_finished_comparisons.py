@@ -131,5 +131,12 @@ def test_a_bit_of_a_score(finished: Finished, tmp_path: Path) -> None:
     assert refused > len(places) // 2
 
 
+def test_calibrators_that_took_no_part(finished: Finished, tmp_path: Path) -> None:
+    table = pq.read_table(finished.place / TRIALS)
+    names = pa.array([name.replace("sphere", "spheres") for name in table.column("calibrator").to_pylist()])
+    other = table.set_column(table.column_names.index("calibrator"), "calibrator", names)
+    assert not check(finished, tmp_path, TRIALS, lambda path: pq.write_table(other, path))
+
+
 def test_a_journal_without_a_design(finished: Finished, tmp_path: Path) -> None:
     assert not check(finished, tmp_path, JOURNAL, lambda path: path.write_bytes(sealed('{"gates":{}}')))

@@ -78,7 +78,7 @@ def check(place: Path, case: Case) -> int:
     file.write_text("\n".join(text))
     taken.write_text("a file")
     sets = [word for override in case.overrides for word in ("--set", override)]
-    if case.command == "run" or _is_long(file, case.overrides):
+    if case.command == "run" or is_long(file, case.overrides):
         assert hold(out, "run", str(file), "-o", str(taken), *sets) == 2
         return 2
     status = hold(out, "simulate", str(file), "-o", str(out), "--jobs", "1", *sets)
@@ -89,7 +89,8 @@ def check(place: Path, case: Case) -> int:
     return status
 
 
-def _is_long(file: Path, overrides: tuple[str, ...]) -> bool:
+def is_long(file: Path, overrides: tuple[str, ...]) -> bool:
+    """Whether a scenario is valid, and its motion longer than a case may take."""
     try:
         scenario = load(file, overrides)
     except InputError:

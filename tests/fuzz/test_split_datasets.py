@@ -6,6 +6,7 @@ import json
 import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,7 @@ from tests.fuzz.values import damaged_json
 
 CASES, REMADE = 60, 8
 """Cases in the normal run: of what reads the dataset, and of its command repeated."""
+NUMBERS = count()
 MANIFEST, TABLE = "dataset.json", "runs.parquet"
 COMMANDS: dict[str, tuple[str, ...]] = {
     "calibrate": ("calibrate", "OUT", "--run", "2", "--with", "sphere", "--json"),
@@ -75,10 +77,10 @@ def arrays(place: str | Path) -> dict[str, Any]:
 
 
 def in_memory(out: Path) -> str:
-    """A copy of a dataset in fsspec's memory."""
-    system = fsspec.filesystem("memory")
-    system.put(f"{out}/", "/damaged/", recursive=True)
-    return "memory://damaged"
+    """A copy of a dataset in fsspec's memory, under a name of its own, since files are remembered by their URLs."""
+    name = f"damaged-{next(NUMBERS)}"
+    fsspec.filesystem("memory").put(f"{out}/", f"/{name}/", recursive=True)
+    return f"memory://{name}"
 
 
 @pytest.fixture(autouse=True)
@@ -97,10 +99,9 @@ def read(out: Path, use: str) -> dict[str, Any] | None:
 
 def copies(whole: Path, place: Path) -> Callable[[], Path]:
     """A function that makes another copy of the dataset, since files are remembered by their paths."""
-    numbered = iter(range(10**9))
 
     def copy() -> Path:
-        out = place / str(next(numbered))
+        out = place / str(next(NUMBERS))
         shutil.copytree(whole / "out", out)
         return out
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -91,6 +92,16 @@ class Journal:
         with system_errors_about(self.path):
             found = pa.concat_tables([SCHEMA.empty_table(), *map(columns_in, _blocks(self.path))])
         return in_order(found, runs)
+
+    @contextmanager
+    def left_where_begun(self) -> Iterator[None]:
+        """Within, an InputError before the first kept trial removes the file: a refusal leaves nothing behind."""
+        try:
+            yield
+        except InputError:
+            if not self.there:
+                self.remove()
+            raise
 
     def __iter__(self) -> Iterator[Trial]:
         """Yield every kept trial once, in order of completion."""

@@ -21,7 +21,7 @@ from validation.comparison.design import FORMAT
 from validation.comparison.journal import COMPARISON, JOURNAL
 from validation.comparison.ranking import uncorrected_row
 from validation.comparison.sealed_lines import unsealed
-from validation.comparison.trial_table import TrialTable
+from validation.comparison.trial_table import TRIALS, TrialTable
 from validation.gates.gate_file import FALSE_FAIL_RATE
 from validation.gates.proposal import GateProposal, GateProposals, cost
 from validation.scoring.definitions import ScoreDefinition
@@ -54,6 +54,9 @@ class FinishedComparison:
         invocations = {
             name: one["asked"] and Invocation.read(one["asked"]) for name, one in identity["calibrators"].items()
         }
+        other = next((row for row in table.candidates if row.partition("@")[0] not in invocations), None)
+        if other is not None:
+            raise InputError(f"has rows of {other!r}, which {JOURNAL} does not name", where=str(out / TRIALS), do=ANEW)
         return cls(table, scenario, identity["seed"], invocations)
 
     @property
