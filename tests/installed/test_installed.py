@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 import sysconfig
@@ -216,3 +217,12 @@ def test_a_type_checker_sees_the_types(python: Path, tmp_path: Path) -> None:
     assert "No overload variant" in done.stdout
     assert 'no attribute "calibrat"' in done.stdout
     assert 'Argument "limit" to "assert_accuracy" has incompatible type "str"' in done.stdout
+
+
+def test_the_wheel_is_as_large_as_the_readme_says(tmp_path: Path) -> None:
+    pip = [sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check"]
+    subprocess.run([*pip, "wheel", "--no-deps", "--wheel-dir", tmp_path, str(ROOT)], check=True)
+    (wheel,) = tmp_path.glob("*.whl")
+    told = re.search(r"The wheel has (\d+) MB", (ROOT / "README.md").read_text(encoding="utf-8"))
+    assert told
+    assert round(wheel.stat().st_size / 1e6) == int(told[1])
