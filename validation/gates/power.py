@@ -29,7 +29,7 @@ def verdict_probabilities(test: SequentialTest, exceedance: float, most: int) ->
     undecided = np.zeros(most + 2)
     undecided[0] = 1.0
     for n in range(1, most + 1):
-        low, high = max(int(passing[n - 1]), 0), min(int(failing[n - 1]) + 1, n + 1)
+        low, high = max(int(passing[n - 1]), 0), int(failing[n - 1]) + 1  # of n - 1 trials: at most n, which is none
         stay = undecided[low:high] * (1.0 - exceedance)
         stay[1:] += undecided[low : high - 1] * exceedance
         undecided[low:high] = stay
