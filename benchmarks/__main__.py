@@ -17,6 +17,7 @@ from benchmarks import (
     diagnosing,
     engines,
     gates,
+    inspecting,
     kalman,
     norm,
     population,
@@ -26,7 +27,7 @@ from benchmarks import (
 
 MODULES = (
     *(closed_loop, dataset, text_logs, norm, kalman, population),
-    *(comparison, report, engines, gates, diagnosing),
+    *(comparison, report, engines, gates, diagnosing, inspecting),
 )
 PARTS = {part.__name__.rpartition(".")[2]: part for part in MODULES}
 

@@ -164,7 +164,8 @@ class Centred:
         return self._terms(theta)[0]
 
     def _terms(self, theta: Array) -> tuple[float, float]:
-        return _centred_cost(self.R, self.mean, self.weight, self.noise_mean, theta)
+        found: tuple[float, float] = _centred_cost(self.R, self.mean, self.weight, self.noise_mean, theta)
+        return found
 
     def variance(self, theta: Array) -> float:
         """Noise variance of a component of x."""
@@ -227,7 +228,8 @@ def centre_of(theta: Array) -> Array:
     if det == 0.0:
         raise np.linalg.LinAlgError("Singular matrix")
     bb, bc, cc = a * c - g * g, g * h - a * f, a * b - h * h
-    return -np.array([aa * p + ab * q + ac * r, ab * p + bb * q + bc * r, ac * p + bc * q + cc * r]) / det
+    centre: Array = np.array([aa * p + ab * q + ac * r, ab * p + bb * q + bc * r, ac * p + bc * q + cc * r]) / -det
+    return centre
 
 
 @njit(cache=True)
