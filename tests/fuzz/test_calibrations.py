@@ -35,7 +35,8 @@ def check(place: Path, text: str) -> int:
     out.mkdir()
     file = place / "calibration.json"
     file.write_text(text, encoding="utf-8", errors="surrogateescape")
-    status = hold(out, "apply", str(file), str(place / "log.parquet"), "-o", str(out / "corrected.parquet"), "--json")
+    files = (str(file), str(place / "log.parquet"), "-o", str(out / "corrected.parquet"))
+    status = hold(out, "apply", *files, "--no-page", "--json")
     assert [path.name for path in out.iterdir()] == ([] if status else ["corrected.parquet"])
     return status
 
