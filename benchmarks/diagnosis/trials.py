@@ -172,7 +172,7 @@ def made(trial: Trial) -> tuple[Recording, Tables, Array]:
             tables |= hidden(name, strength, trial.seed, state)
     if "flicker" in trial.hidden or "all" in trial.hidden:
         tables |= FLICKER
-    mag_nT = _measured(tables, state, trial)
+    mag_nT = measured(tables, state, trial.seed)
     recording = replace(recording, mag_nT=mag_nT)
     if trial.kind == "coloured":
         recording = _coloured(recording, trial)
@@ -189,7 +189,7 @@ def _stated(trial: Trial) -> Tables:
     return stated(trial.hidden[0], trial.strengths[0], trial.seed, state)[1]
 
 
-def _measured(tables: Tables, state: State, trial: Trial) -> Array:
+def measured(tables: Tables, state: State, seed: int) -> Array:
     """The chain with the base and what is hidden; joined tables give the base's a second entry."""
     everything = {**BASE}
     for name, table in tables.items():
@@ -198,7 +198,7 @@ def _measured(tables: Tables, state: State, trial: Trial) -> Array:
     felt = state
     for name in tables:
         felt = felt_by(name, felt)
-    return Chain(effect_table.build(everything, None, "truth"), trial.seed).apply(felt)[0]
+    return Chain(effect_table.build(everything, None, "truth"), seed).apply(felt)[0]
 
 
 def _coloured(recording: Recording, trial: Trial) -> Recording:
