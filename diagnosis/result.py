@@ -47,6 +47,8 @@ class EvidenceKind(StrEnum):
 
 FITTED = (EvidenceKind.HELD_OUT, EvidenceKind.CURVE)
 """Kinds whose coefficients another recording can confirm."""
+OF_VALUES = (EvidenceKind.DIRECT, EvidenceKind.SPECTRUM)
+"""Kinds of evidence for noise and for steps, spikes and repeated rows of the values."""
 
 
 class Transfer(StrEnum):
@@ -172,7 +174,7 @@ class Diagnosis:
     round. given: effects of the model as given. before_nT, after_nT (n, q): residuals. parts: parts of the run with a
     steady size of the gap. next_flight: advised flight. has_second: whether a second recording was given. rise:
     frequencies at which the residual's spectrum rises. resimulated_nT: rms that the written model leaves of the whole
-    recording, without any fit.
+    recording, without any fit. iron_anew: whether that model has iron fitted to the recording in place of the given.
     """
 
     verdict: Verdict
@@ -197,6 +199,7 @@ class Diagnosis:
     rise: RisingSpectrum | None = None
     resimulated_nT: float | None = None
     given: tuple[Effect, ...] = ()
+    iron_anew: bool = False
 
     def __repr__(self) -> str:
         """Return verdict and sentence."""

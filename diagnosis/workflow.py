@@ -33,12 +33,13 @@ from diagnosis.repair.channel_curves import FollowedChannels, better_channels, f
 from diagnosis.repair.named_effects import ModelledGap, named_effects
 from diagnosis.repair.new_model import patch_model
 from diagnosis.repair.written_model import resimulated_rms_nT
-from diagnosis.result import Diagnosis, EvidenceKind, NamedEffect
+from diagnosis.result import OF_VALUES, Diagnosis, EvidenceKind, NamedEffect
 from diagnosis.verdict import Verdict
 from recordings import Recording
 from scenarios.arrays import Array
 from sim.effects import BY_NAME
 from sim.scenario import Model
+from validation.signals.amplitude import rms
 
 Progress = Callable[[str], object]
 
@@ -122,9 +123,26 @@ def diagnosis_of(examination: Examination) -> Diagnosis:
         verdict, modelled = Verdict.UNKNOWN, curves.modelled if curves else modelled.without_names()
         named = tuple(cause for cause in named if cause.kind is EvidenceKind.DIRECT) + (curves.named if curves else ())
     bare = _without_sentences(examination, named, verdict, doubts, where, modelled)
-    left_nT = resimulated_rms_nT(examination.whole.recording, bare.model, problem)
-    diagnosis = replace(bare, rise=rise, resimulated_nT=left_nT)
+    diagnosis = replace(_resimulated(bare, examination), rise=rise)
     return replace(diagnosis, sentence=sentence_for(diagnosis), advice=advice_for(diagnosis))
+
+
+def _resimulated(diagnosis: Diagnosis, examination: Examination) -> Diagnosis:
+    """The diagnosis with what its written model leaves, and with fitted iron in the model where it leaves less.
+
+    A curve of a channel, or a cause beside an unknown one, is known next to fitted iron alone.
+    """
+    problem, recording = diagnosis.problem, examination.whole.recording
+    left_nT = resimulated_rms_nT(recording, diagnosis.model, problem)
+    told = replace(diagnosis, resimulated_nT=left_nT)
+    claimed_nT = problem.policy.larger * rms(diagnosis.after_nT[problem.usable > 0])
+    fitted = any(cause.kind not in OF_VALUES for cause in diagnosis.named)
+    if left_nT is None or left_nT < claimed_nT or not fitted or not problem.iron_known:
+        return told
+    model = patch_model(examination.model, diagnosis.named, replace(problem, iron_known=False))
+    anew_nT = resimulated_rms_nT(recording, model, problem)
+    better = anew_nT is not None and anew_nT * problem.policy.larger < left_nT
+    return replace(told, model=model, resimulated_nT=anew_nT, iron_anew=True) if better else told
 
 
 def _curves(

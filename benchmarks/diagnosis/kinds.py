@@ -239,6 +239,17 @@ def rates(flight: Flight) -> tuple[bool, str]:
     return right, f"{next(iter(own))} {rate_hz:.2f} Hz: {told}"
 
 
+def pulses(flight: Flight) -> tuple[bool, str]:
+    """A payload's magnet that is there twice for 10 to 60 s: iron in these parts, and no other name without doubt."""
+    lengths_s = flight.rng.uniform(10.0, 60.0, 2)
+    begins_s = np.array([0.2, 0.6]) * flight.duration_s + flight.rng.uniform(0.0, 30.0, 2)
+    time_s = flight.state.time_s - flight.state.time_s[0]
+    on = np.logical_or.reduce([(time_s >= a) & (time_s < a + d) for a, d in zip(begins_s, lengths_s, strict=True)])
+    found = diagnose(flight.with_effects({}, np.outer(on, flight.vector(8 * NOISE_NT))), flight.model())
+    certain = found.verdict.explained and bool(found.named)
+    return not certain or "hard_iron" in _names(found), _told(found)
+
+
 def switched(flight: Flight) -> tuple[bool, str]:
     """A current that is switched at random: the noise in the new model is the sensor's to a tenth."""
     on_A = 3.0 * (flight.rng.random(len(flight.state)) < 0.5)
@@ -265,6 +276,7 @@ KINDS: dict[str, tuple[Measure, float]] = {
     "stated-values": (stated_values, 0.9),
     "rates": (rates, 0.9),
     "switched": (switched, 0.95),
+    "pulses": (pulses, 0.95),
 }
 """Each kind's trial, and the share that has to be right."""
 

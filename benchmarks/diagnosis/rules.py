@@ -93,7 +93,6 @@ NOTHING: Mapping[str, Mapping[str, Neutral]] = {
         "CandidateTest._refusal_by_wander": answer(""),
         "CandidateTest._explains_along_field": answer(value=False),
         "explains_along_field": answer(value=True),
-        "recurs_outside_window": answer(value=False),
         "attitude_suffices": answer(value=False),
         "wander_wins": answer(value=False),
         "is_channel_equivalent": answer(value=False),
@@ -114,7 +113,6 @@ NOTHING: Mapping[str, Mapping[str, Neutral]] = {
     },
     "decision.white_choice": {
         "differs_by_form": answer(value=False),
-        "is_channel_equivalent": answer(value=False),
         "_select_in_family": lambda rule, family, policy: max(family, key=lambda one: one.gain),
     },
     "evidence.held_out": {"_at_own_size": argument(1), "search_price": answer(0.0), "refine_listed": argument(1)},

@@ -104,14 +104,19 @@ def mutants(path: str, text: str, *, numbers: bool = True) -> list[Mutant]:
 def _code(node: ast.AST) -> Iterator[ast.AST]:
     """A node and those below it, without annotations, decorators, texts, what an error says, and zip's strict=True."""
     yield node
-    for name, value in ast.iter_fields(node):
-        if name in ("annotation", "returns", "decorator_list") or isinstance(value, ast.JoinedStr):
-            continue
-        if name == "keywords" and isinstance(node, ast.Call) and ast.unparse(node.func) == "zip":
-            value = [word for word in value if ast.unparse(word) != "strict=True"]
+    for value in _values(node):
         for child in value if isinstance(value, list) else [value]:
             if isinstance(child, ast.AST) and not isinstance(child, ast.Raise | ast.JoinedStr | ast.Assert):
                 yield from _code(child)
+
+
+def _values(node: ast.AST) -> Iterator[object]:
+    """What a node holds that is code."""
+    for name, value in ast.iter_fields(node):
+        if name == "keywords" and isinstance(node, ast.Call) and ast.unparse(node.func) == "zip":
+            yield [word for word in value if ast.unparse(word) != "strict=True"]
+        elif name not in ("annotation", "returns", "decorator_list"):
+            yield value
 
 
 def _of(node: ast.AST, source: Source) -> Iterator[Mutant]:

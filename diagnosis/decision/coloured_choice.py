@@ -34,8 +34,6 @@ from diagnosis.evidence.rivals import (
     winning_rival,
     with_attitude_wander,
 )
-from diagnosis.evidence.windowed_candidates import recurs_outside_window
-from diagnosis.library.candidates import Candidate
 from diagnosis.policy import Policy
 from sim.effects import EFFECTS
 
@@ -43,7 +41,6 @@ NO_GAIN_ALONG_FIELD = "no gain along the field: explained by an attitude error"
 LOSS_ALONG_FIELD = "adds a part along the field that is not measured: explained by an attitude error"
 NOT_SHOWN_BY_MOTION = "hardly observable on this motion: explained by attitude errors"
 NO_BETTER_THAN_SURROGATES = "no better than its own course shifted in time"
-OUTSIDE_WINDOW = "also present outside its window"
 SMALL_SHARE_ADDED = "explains too little of the gap"
 TURNS = {
     name for effect in EFFECTS if effect.traits.attitude_error for name in (effect.name, effect.traits.equivalent_to)
@@ -175,7 +172,6 @@ class CandidateTest:
         return (
             (self._refusal_in_colour(fit.evidence, with_candidate) if coloured else "")
             or self._refusal_along_the_field(fit, with_candidate, coloured)
-            or self._refusal_outside_window(fit.evidence.candidate, with_candidate)
             or winning_rival(fit, self.baseline, self.coloured_baseline, coloured=coloured)
             or (self._refusal_by_wander(fit, with_candidate, needed) if coloured else "")
         )
@@ -188,9 +184,6 @@ class CandidateTest:
             return NOT_SHOWN_BY_MOTION
         added = added_share(self.start, self.baseline, with_candidate.squares)
         return SMALL_SHARE_ADDED if added < problem.policy.trace else ""
-
-    def _refusal_outside_window(self, candidate: Candidate, with_candidate: Baseline) -> str:
-        return OUTSIDE_WINDOW if recurs_outside_window(self.baseline, with_candidate, candidate) else ""
 
     def _refusal_by_wander(self, fit: CandidateFit, with_candidate: Baseline, needed: float) -> str:
         """Refuse a part of an attitude error; a source explaining the part along the field is exempt."""

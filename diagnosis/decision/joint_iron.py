@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from diagnosis.decision.selection import Progress, Selection, select
+from diagnosis.decision.selection import Progress, Selection, choose_windows_again, select
 from diagnosis.evidence.candidate_result import withdraw_names
 from diagnosis.problem.blocks import fit
 from diagnosis.problem.linear import LinearProblem
@@ -23,7 +23,7 @@ def select_jointly(
     The strength is not linear in iron and effects together: accepted effects change the field's direction, and with it
     the iron. Without attitude only; iron with a larger residual is discarded.
     """
-    selection = select(problem, without, say)
+    selection = choose_windows_again(select(problem, without, say))
     if problem.mode != "strength":
         return selection
     for _ in range(problem.policy.joint_passes):

@@ -83,6 +83,22 @@ def select(
     return Selection(tuple(accepted), start, baseline, before, after, first, without)
 
 
+def choose_windows_again(selection: Selection) -> Selection:
+    """Choose each effect with a window again next to all others, which were in the residual at its own choice."""
+    start, out = selection.start, list(selection.accepted)
+    switched = [i for i, effect in enumerate(out) if effect.evidence.candidate.window is not None]
+    if len(out) < 2 or not switched:
+        return selection
+    candidates = propose_candidates(start.problem, selection.without)
+    for i in switched:
+        others = [*out[:i], *out[i + 1 :]]
+        beside = start.with_all(other.columns(start.problem) for other in others)
+        tests = tests_with_effects(beside, effect_names(others))
+        out[i] = _choose(beside, candidates, others, start, tests, alone=True).chosen or out[i]
+    accepted, end, after = _complete(out, start)
+    return replace(selection, accepted=tuple(accepted), end=end, after=after)
+
+
 def _complete(
     accepted: Sequence[AcceptedEffect], start: Baseline
 ) -> tuple[list[AcceptedEffect], Baseline, ResidualTests]:

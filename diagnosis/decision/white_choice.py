@@ -67,7 +67,7 @@ def accept_best(ranking: Sequence[Evidence], policy: Policy, *, clean: bool = Tr
     as_good = [
         evidence
         for evidence in ranking
-        if not evidence.is_behind(best, policy) or _is_equivalent(evidence, best, policy)
+        if not evidence.is_behind(best, policy) or differs_by_form(evidence, best, policy.same_family)
     ]
     close = [evidence for evidence in as_good if evidence.nats > policy.apart]
     chosen = select_simplest(close, policy)
@@ -167,10 +167,6 @@ def is_channel_equivalent(candidate: Evidence, best: Evidence, policy: Policy) -
     """Whether the best drifts slowly in time and a candidate driven by a channel adds nearly as much in its place."""
     is_driven = may_drive(candidate.candidate.effect, best.candidate.effect)
     return is_driven and candidate.strength > policy.nearly_all * best.strength
-
-
-def _is_equivalent(candidate: Evidence, best: Evidence, policy: Policy) -> bool:
-    return differs_by_form(candidate, best, policy.same_family) or is_channel_equivalent(candidate, best, policy)
 
 
 def in_same_family(first: ComparableCandidate, second: ComparableCandidate) -> bool:

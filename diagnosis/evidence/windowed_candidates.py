@@ -39,24 +39,6 @@ def rank_windowed(
     return [candidate for candidate in found if candidate is not None]
 
 
-def recurs_outside_window(baseline: Baseline, with_it: Baseline, candidate: Candidate) -> bool:
-    """Whether an overlapping window gains as much for a candidate, after the candidate is accepted in its own window.
-
-    An effect with a window leaves nothing in its neighbourhood; a disturbance in pieces leaves as much as it explains.
-    with_it : the baseline with the candidate accepted.
-    """
-    if candidate.window is None:
-        return False
-    problem = baseline.problem
-    begin_s, end_s = candidate.window
-    before, after = (_timeline(problem, each) for each in (baseline, with_it))
-    columns = before.rows.bin(candidate.at({ACTIVE_WINDOW.name: None}).columns(problem))
-    again = after.best(columns)
-    first = before.gain(columns, Span(begin_s, end_s, 0.0, 0.0))
-    overlaps = again.from_s < end_s and begin_s < again.to_s
-    return overlaps and again.gain > problem.policy.window_share * first
-
-
 def _timeline(problem: LinearProblem, baseline: Baseline) -> Timeline:
     rows = BinnedRows.of(problem.state.time_s, problem.usable, problem.base, problem.target, problem.policy)
     return Timeline.of(rows, rows.bin_groups(baseline.accepted_columns))

@@ -58,8 +58,11 @@ class Timeline:
         step = n // policy.window_cells
         while step >= 1:
             step //= policy.window_finer
-            lows, highs = (around(at, step, n, policy.window_finer) for at in (low, high))
-            low, high, gain, _ = self._search(columns, lows, highs, 1)
+            before = -np.inf
+            while gain > before:  # the first search has a least length: the ends may be farther than its cells
+                before = gain
+                lows, highs = (around(at, step, n, policy.window_finer) for at in (low, high))
+                low, high, gain, _ = self._search(columns, lows, highs, 1)
         ends = np.append(self.rows.row_start_s, self.rows.time_s[-1] + self.rows.interval_s)
         return Span(float(ends[low]), float(ends[high]), gain, whole)
 

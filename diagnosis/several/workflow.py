@@ -13,7 +13,7 @@ from diagnosis.evidence.localise import ChannelShare
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.repair.new_model import patch_model
-from diagnosis.result import Diagnosis, EvidenceKind
+from diagnosis.result import OF_VALUES, Diagnosis
 from diagnosis.several.common_effects import CommonEffect, single_effect
 from diagnosis.several.result import PooledDiagnosis, worst
 from diagnosis.several.selection import PooledRecording, select_pooled
@@ -27,8 +27,6 @@ from sim.pool import Tasks
 from sim.scenario import Model
 
 Progress = Callable[[str], object]
-OF_VALUES = (EvidenceKind.DIRECT, EvidenceKind.SPECTRUM)
-"""Kinds of evidence for noise and for steps, spikes and repeated rows of the values."""
 
 
 @one_thread()

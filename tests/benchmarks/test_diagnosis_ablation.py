@@ -24,10 +24,10 @@ def test_every_rule_is_where_the_list_says(rule: Any) -> None:
 
 
 def test_a_rule_that_is_off_has_no_say_and_comes_back() -> None:
-    before = coloured_choice.recurs_outside_window
-    with watched("coloured_choice.recurs_outside_window"):
-        assert coloured_choice.recurs_outside_window(None, None, None) is False  # type: ignore[arg-type]
-    assert coloured_choice.recurs_outside_window is before
+    before = coloured_choice.attitude_suffices
+    with watched("coloured_choice.attitude_suffices"):
+        assert coloured_choice.attitude_suffices(None, None, None) is False  # type: ignore[arg-type]
+    assert coloured_choice.attitude_suffices is before
 
 
 def test_a_rule_of_a_table_is_watched_through_the_table() -> None:

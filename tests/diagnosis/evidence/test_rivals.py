@@ -15,7 +15,6 @@ from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.candidate_test import CandidateFit, ColouredBaseline
 from diagnosis.evidence.held_out import judge_candidate, judge_settings
 from diagnosis.evidence.rivals import SIZE_DIFFERS, SIZE_FOLLOWS, wander_wins, winning_rival, with_attitude_wander
-from diagnosis.evidence.windowed_candidates import recurs_outside_window
 from diagnosis.library.candidates import Candidate, iron_candidates, propose_candidates
 from diagnosis.policy import STANDARD
 from diagnosis.problem.linear import LinearProblem
@@ -189,16 +188,6 @@ class TestSizes:
         driven = replace(posed, state=replace(posed.state, channels={"payload": course}))
         won = winning_rival(*_fitted(driven, [self._window()]), coloured=False)
         assert won == (SIZE_FOLLOWS.format(told) if told else "")
-
-    @pytest.mark.parametrize(("pieces", "again"), [([(90, 210)], False), ([(80, 90), (210, 220)], True)])
-    def test_what_comes_in_pieces_has_no_window(self, pieces: list[tuple[int, int]], again: bool) -> None:
-        """Between two pulses an offset of the other sign fits best, and about both as much is left."""
-        t = recording(3000).time_s
-        baseline = Baseline.of(self._growing(np.any([(t >= a) & (t < b) for a, b in pieces], axis=0).astype(float)))
-        between = self._window().at({ACTIVE_WINDOW.name: (90.0, 210.0)})
-        with_it = baseline.with_columns(between.columns(baseline.problem))
-        assert recurs_outside_window(baseline, with_it, between) == again
-        assert not recurs_outside_window(baseline, with_it, Candidate(WARM))
 
 
 class TestWander:

@@ -10,7 +10,7 @@ import pytest
 
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.held_out import Evidence
-from diagnosis.evidence.windowed_candidates import _in, _is_worth, rank_windowed, recurs_outside_window
+from diagnosis.evidence.windowed_candidates import _in, _is_worth, rank_windowed
 from diagnosis.evidence.windows import Span
 from diagnosis.library.candidates import Candidate, propose_candidates
 from diagnosis.policy import STANDARD, Policy
@@ -18,7 +18,6 @@ from scenarios.arrays import Array
 from sim.effects.currents import EddyCurrent, MotorCurrent
 from sim.effects.iron import HardIron
 from sim.effects.nonlinearity import Hysteresis
-from sim.effects.parameters import ACTIVE_WINDOW
 from tests.diagnosis.synthetic import problem
 
 N = 2000
@@ -96,18 +95,3 @@ def test_a_constant_from_a_moment_on_is_a_jump_whatever_explains_some_of_it(
 def test_what_is_no_constant_may_act_from_a_moment_on() -> None:
     found = _found(_ground(_added(EDDY) * _during(80, 1e3)), {EDDY.name: [EDDY]})
     assert found[EDDY.name].candidate.window == pytest.approx((80.0, 200.0), abs=1.0)
-
-
-@pytest.mark.parametrize(
-    ("course", "again"),
-    [
-        (((50, 80, 1.0), (80, 110, 0.05), (110, 140, 1.0)), True),
-        (((50, 80, 1.0), (80, 110, 0.15), (110, 140, 1.0)), False),
-        (((50, 140, 1.0), (150, 190, 2.0)), False),
-    ],
-)
-def test_what_comes_and_goes_in_its_window_comes_again(course: Any, again: bool) -> None:
-    """By three quarters of what it explains there, and not where it acts once more elsewhere."""
-    baseline = _ground(sum(size * MOVED * _during(a, b) for a, b, size in course))
-    one = MOTOR.at({ACTIVE_WINDOW.name: (50.0, 140.0)})
-    assert recurs_outside_window(baseline, baseline.with_columns(one.columns(baseline.problem)), one) is again
