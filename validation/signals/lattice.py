@@ -158,10 +158,8 @@ def _surprise(chance: float) -> float:
 
 def _refined(distinct: Array, step: float) -> tuple[float, float] | None:
     """Return step and offset, fitted in growing windows about the median so that no code slips."""
-    at = len(distinct) // 2
-    middle = float(distinct[at])
-    nearest = np.sort(np.abs(distinct[max(0, at - NEAREST) : at + NEAREST + 1] - middle))
-    reach = max(20 * step, float(nearest[min(NEAREST, len(distinct) - 1)]))
+    middle, reach = _middle(distinct)
+    reach = max(20 * step, reach)
     offset = middle
     while True:
         first, last = np.searchsorted(distinct, middle - reach), np.searchsorted(distinct, middle + reach, "right")
@@ -178,6 +176,14 @@ def _refined(distinct: Array, step: float) -> tuple[float, float] | None:
         if len(inside) == len(distinct):
             return step, offset
         reach *= 4
+
+
+def _middle(distinct: Array) -> tuple[float, float]:
+    """Return the median of sorted values, and the distance within which its nearest neighbours lie."""
+    at = len(distinct) // 2
+    middle = float(distinct[at])
+    nearest = np.sort(np.abs(distinct[max(0, at - NEAREST) : at + NEAREST + 1] - middle))
+    return middle, float(nearest[min(NEAREST, len(distinct) - 1)])
 
 
 def _is_floating(distinct: Array, step: float) -> bool:

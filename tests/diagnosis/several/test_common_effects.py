@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -140,10 +141,11 @@ def test_iron_is_the_same_within_its_error_beside_what_is_left(several, transfer
     """In two recordings at least; 0.6 nT are an error of form, 6 nT are not unless a wander makes them."""
     found = common_iron_changes(several, [RISES] * len(several))
     assert [one.transfer for one in found] == ([] if transfer is None else [transfer])
-    assert all(one.named.nats == sum(iron.evidence.nats for each in several for iron in each) for one in found)
+    changes = list(itertools.chain.from_iterable(several))
+    assert all(one.named.nats == sum(iron.evidence.nats for iron in changes) for one in found)
     assert all(one.named.strength == 1.0 for one in found)
     sizes = [[np.linalg.norm(own.effect.offset_nT) for own in one.each if own] for one in found]  # type: ignore[attr-defined]
-    assert sizes == [pytest.approx([iron.evidence.coefficients[0] for each in several for iron in each])] * len(found)
+    assert sizes == [pytest.approx([iron.evidence.coefficients[0] for iron in changes])] * len(found)
 
 
 def test_iron_is_mistaken_for_what_it_is_in_every_recording() -> None:
