@@ -186,13 +186,6 @@ def _middle(distinct: Array) -> tuple[float, float]:
     return middle, float(nearest[min(NEAREST, len(distinct) - 1)])
 
 
-def _reach_of_neighbours(distinct: Array) -> float:
-    """Return the distance from the median within which NEAREST other values lie, all in a recording of fewer."""
-    at = len(distinct) // 2
-    nearest = np.sort(np.abs(distinct[max(0, at - NEAREST) : at + NEAREST + 1] - distinct[at]))
-    return float(nearest[min(NEAREST, len(distinct) - 1)])
-
-
 def _is_floating(distinct: Array, step: float) -> bool:
     """Return whether large values skip codes by a factor of 4 or 10, or the step is that of single precision."""
     size = np.abs(distinct)
