@@ -137,7 +137,8 @@ def _resimulated(diagnosis: Diagnosis, examination: Examination) -> Diagnosis:
     told = replace(diagnosis, resimulated_nT=left_nT)
     claimed_nT = problem.policy.larger * rms(diagnosis.after_nT[problem.usable > 0])
     fitted = any(cause.kind not in OF_VALUES for cause in diagnosis.named)
-    if left_nT is None or left_nT < claimed_nT or not fitted or not problem.iron_known:
+    wanders = examination.conclusion.noise is not None  # its mean over the run is no iron
+    if left_nT is None or left_nT < claimed_nT or not fitted or wanders or not problem.iron_known:
         return told
     model = patch_model(examination.model, diagnosis.named, replace(problem, iron_known=False))
     anew_nT = resimulated_rms_nT(recording, model, problem)

@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.decision.conclusion import Conclusion
+from diagnosis.evidence.candidate_test import ColouredBaseline
 from diagnosis.evidence.direct import DirectFinding
+from diagnosis.evidence.noise_model import NoiseModel
 from diagnosis.evidence.white_noise import missing_white_noise
 from diagnosis.problem.blocks import fit, inflation
 from diagnosis.problem.linear import LinearProblem
@@ -62,10 +64,10 @@ class ModelledGap:
 
 def _refined_effects(problem: LinearProblem, conclusion: Conclusion) -> list[NamedEffect]:
     """Accepted effects and changes of the iron, with parameters refined through the simulator's chain."""
-    end = conclusion.selection.end
-    V = inflation(end.sums, fit(end.sums, end.all_folds), problem.policy)
-    every_sample = np.ones(len(problem.recording), bool)
-    refined = refine(problem, _fitted_effects(conclusion), every_sample, V, refit_iron=not problem.iron_known)
+    end, noise = conclusion.selection.end, _coloured_noise(problem, conclusion)
+    V = inflation(end.sums, fit(end.sums, end.all_folds), problem.policy) if noise is None else 1.0
+    every, refit = np.ones(len(problem.recording), bool), not problem.iron_known
+    refined = refine(problem, _fitted_effects(conclusion), every, V, refit_iron=refit, noise=noise)
     accepted = [(effect, EvidenceKind.HELD_OUT) for effect in conclusion.accepted]
     accepted += [(effect, EvidenceKind.IRON) for effect in conclusion.iron]
     named = []
@@ -74,6 +76,17 @@ def _refined_effects(problem: LinearProblem, conclusion: Conclusion) -> list[Nam
         cause = NamedEffect(effect, found.alternatives, how, nats, strength, spread, needed=found.needed)
         named.append((cause, found.form_of or found.name))
     return _by_cause(problem, named, refined.effects[len(named) :])
+
+
+def _coloured_noise(problem: LinearProblem, conclusion: Conclusion) -> NoiseModel | None:
+    """The noise model beside the accepted effects, where they leave a coloured residual; vector mode only."""
+    selection = conclusion.selection
+    if problem.mode != "vector" or selection.after.clean or not conclusion.accepted:
+        return None
+    found = ColouredBaseline.of(problem, selection.end.accepted_columns)
+    samples = float(np.median(found.rows.count))
+    noise = found.hypothesis.noise_model
+    return replace(noise, slow=noise.slow / samples)  # a row sums so many samples, over the root of their number
 
 
 def _by_cause(
@@ -122,6 +135,7 @@ def named_noise(conclusion: Conclusion, others: Sequence[NamedEffect]) -> list[N
 
 
 def _chain_residuals(problem: LinearProblem, conclusion: Conclusion, train: NDArray[np.bool_]) -> tuple[Array, Array]:
-    trained = refine(problem, _fitted_effects(conclusion), train).effects
+    noise = _coloured_noise(problem, conclusion)
+    trained = refine(problem, _fitted_effects(conclusion), train, noise=noise).effects
     given = residual_with_iron_refitted(problem, problem.left_out, train)
     return given, residual_with_iron_refitted(problem, trained, train)

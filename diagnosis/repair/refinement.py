@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calib.numerics.squares import SAME, Squares
+from diagnosis.evidence.noise_model import NoiseModel
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.repair.chain import residual_with_iron_refitted, residual_with_model_iron
@@ -41,10 +42,12 @@ def refine(
     inflation: float = 1.0,
     *,
     refit_iron: bool = True,
+    noise: NoiseModel | None = None,
 ) -> RefinedEffects:
     """Fit the new effects' parameters by least squares on the samples `use` (n,); in vector mode only.
 
-    refit_iron : refit hard and soft iron in every step; otherwise keep the model's iron.
+    refit_iron : refit hard and soft iron in every step; otherwise keep the model's iron. noise : the noise model of a
+    coloured residual. White least squares would take a part of a random walk into the parameters.
 
     The prediction is the simulator's chain along the measured motion. Standard deviations follow from the Jacobian at
     the solution, times the root of `inflation` for coloured noise.
@@ -60,9 +63,9 @@ def refine(
         except InputError:  # each number is within its bounds, but not all together
             return np.full(problem.target[use].size, IMPOSSIBLE)
         remaining = (
-            residual_with_iron_refitted(problem, effects, use)
+            residual_with_iron_refitted(problem, effects, use, noise)
             if refit_iron
-            else residual_with_model_iron(problem, effects)
+            else residual_with_model_iron(problem, effects, noise)
         )
         return remaining[use].ravel()
 
