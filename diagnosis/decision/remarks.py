@@ -120,15 +120,6 @@ def iron_residuals_nT(diagnosis: Diagnosis) -> tuple[float, float]:
     return rms(_strength_by_model_nT(problem)[used] - F), rms(_strength_by_fit_nT(problem)[used] - F)
 
 
-def new_iron_remark(diagnosis: Diagnosis) -> Iterator[str]:
-    """Iron of the new model that is none of the named effects."""
-    if diagnosis.iron_anew and diagnosis.resimulated_nT is not None:
-        yield (
-            "The new model has hard and soft iron fitted to this recording, beside which alone the effects are known; "
-            f"run by the simulator it leaves {digits(diagnosis.resimulated_nT)} nT."
-        )
-
-
 def axes_remark(diagnosis: Diagnosis) -> Iterator[str]:
     """Magnetometer axes permuted against the body axes, unknown to the model."""
     if (axes := axis_permutation(diagnosis.problem)) is not None:
@@ -276,5 +267,4 @@ REMARKS: tuple[Callable[[Diagnosis], Iterator[str]], ...] = (
     rotation_remark,
     strength_remark,
     iron_remark,
-    new_iron_remark,
 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -36,7 +36,16 @@ def sentence_for(diagnosis: Diagnosis) -> str:
         nearest=_nearest(diagnosis),
         goes_with=(_curves(diagnosis) or (f"; the gap follows {channels}" if channels else "")) + _largest(diagnosis),
     )
-    return " ".join([*remarks(diagnosis), verdict_sentence])
+    return " ".join([*remarks(diagnosis), verdict_sentence, *_new_iron(diagnosis)])
+
+
+def _new_iron(diagnosis: Diagnosis) -> Iterator[str]:
+    """Iron of the new model that is none of the named effects."""
+    if diagnosis.iron_anew and diagnosis.resimulated_nT is not None:
+        yield (
+            "The new model has hard and soft iron fitted to this recording, beside which the effects were found; run "
+            f"by the simulator it leaves {digits(diagnosis.resimulated_nT)} nT."
+        )
 
 
 def _left(diagnosis: Diagnosis) -> str:
