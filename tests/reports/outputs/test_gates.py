@@ -19,6 +19,7 @@ from tests.validation.gates.conftest import Scripted, gate_text, groups_in, row
 from validation.calibrating.selection import select_calibrators
 from validation.comparison.design import Design
 from validation.comparison.journal import JOURNAL, Journal
+from validation.comparison.sealed_lines import SEAL_BYTES, sealed
 from validation.comparison.trial import Trial, TrialRow
 from validation.comparison.trial_table import TrialTable
 from validation.gates.gate_file import load_gates
@@ -164,7 +165,9 @@ def test_the_score_that_decided_the_comparison_is_held(comparison: Path, tmp_pat
 
 def test_a_comparison_of_another_version_is_refused(comparison: Path, tmp_path: Path) -> None:
     journal = comparison / JOURNAL
-    journal.write_text(journal.read_text().replace('"format":2', '"format":1'))
+    first, *rest = journal.read_bytes().splitlines(keepends=True)
+    old = b"{" + first[SEAL_BYTES:].rstrip().replace(b'"format":2', b'"format":1')
+    journal.write_bytes(b"".join([sealed(old.decode()), *rest]))
     with pytest.raises(InputError, match="another version"):
         propose_gates(comparison, tmp_path / "begun.toml")
 
