@@ -34,7 +34,7 @@ class StretchJson(ResultTable):
 
     interval_s: list[float] | None = key("begin and end")
     phase: str | None = key("phase of the motion in this part")
-    heading_deg: list[float] | None = key("lowest and highest heading in this part")
+    heading_deg: float | None = key("compass heading of the mean forward axis; null where the vehicle turns")
 
 
 class NamedEffectJson(StretchJson):
