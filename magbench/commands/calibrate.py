@@ -120,16 +120,17 @@ def command(
     except RefusedExportsError as error:
         found, refused = error.calibrations, error
     _show(found, _gains(found) if worth else None, found.assessment, json, others=others)
-    _tell_files(out, export, refused)
+    if refused is None:  # a refusal is one line
+        _tell_files(out, export)
     end_with(not_applicable(found) if with_ or exec_ else [], refused)
 
 
-def _tell_files(out: Path | None, exports: str | None, refused: Exception | None) -> None:
+def _tell_files(out: Path | None, exports: str | None) -> None:
     """What was written, and the command that uses it."""
     from magbench.console import say
 
     if out:
-        more = f", exports for {exports}" if exports and not refused else ""
+        more = f", exports for {exports}" if exports else ""
         say(f"{out}: report.html, calibration.json{more}; `magbench apply {out}/calibration.json LOG` corrects a log")
 
 

@@ -104,7 +104,7 @@ def _judged(table: TrialTable, score: ScoreDefinition, name: str) -> Array:
 
 def _unguarded(table: TrialTable, score: ScoreDefinition, name: str, values: Array) -> str:
     """Return why a gate on a calibrator would guard nothing, "" where it would."""
-    if math.isfinite(np.median(values)):
+    if len(values) and math.isfinite(np.median(values)):
         return ""
     return _failures(table, name) if table.failed(name).any() else f"gives no {score.name}"
 

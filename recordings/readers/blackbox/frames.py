@@ -94,8 +94,9 @@ class _Reading:
 
     def frames(self, letter: str) -> FramesOfKind:
         """Return the frames of a kind."""
-        values = np.concatenate(self.blocks[letter]) if self.blocks[letter] else np.zeros((0, 1), np.int64)
         frame = self.header.frames.get(letter)
+        none = np.zeros((0, 1 + (len(frame.names) if frame else 0)), np.int64)
+        values = np.concatenate(self.blocks[letter]) if self.blocks[letter] else none
         columns = dict(zip(frame.names, values[:, 1:].T, strict=True)) if frame else {}
         return FramesOfKind(values[:, 0].astype(np.float64) * 1e-6, columns)
 

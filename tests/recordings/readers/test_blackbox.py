@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import re
 from functools import cache
 from pathlib import Path
 
@@ -199,6 +200,13 @@ def test_a_log_that_is_cut_off_is_read_to_its_end(tmp_path: Path) -> None:
     table, contents = read(data[: len(data) // 2], tmp_path)
     assert len(table["time_s"]) >= 240
     assert any("no end mark" in note for note in contents.notes)
+
+
+def test_a_log_that_ends_with_its_header_is_refused(tmp_path: Path) -> None:
+    header = re.match(rb"(H .*\n)+", whole_log())
+    assert header
+    with pytest.raises(InputError):
+        read(header[0], tmp_path)
 
 
 @pytest.mark.parametrize(
