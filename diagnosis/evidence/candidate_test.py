@@ -159,7 +159,7 @@ def gain_along_field(before: Baseline, after: Baseline, least: int | None = None
     V is the largest variance of longer means, of which at least `least` remain; None: only V of the means themselves.
     """
     poorer, richer = (residual_along_field(baseline) for baseline in (before, after))
-    loudest = max(_variances_of_means(richer, least or len(richer)))
+    loudest = max(_variances_of_means(richer, least or len(richer)), default=1.0)
     return float((poorer**2).sum() - (richer**2).sum()) / 2 / max(1.0, loudest)
 
 

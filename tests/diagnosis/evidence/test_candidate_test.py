@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from diagnosis.evidence import candidate_test as standing
+from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.candidate_test import (
     ColouredBaseline,
     _to_and_fro,
@@ -275,3 +276,12 @@ def test_the_share_along_the_field_is_of_what_exceeds_white_noise(
     monkeypatch.setattr(standing, "residual_along_field", lambda square: np.full(9, np.sqrt(square)))
     either: Any = (before, after)
     assert share_along_field(*either) == pytest.approx(share)
+
+
+def test_along_the_field_a_short_recording_has_fewer_means_than_columns() -> None:
+    """Of 20 s there are four means of 5 s, and nine columns may explain them: no variance is left to raise a chance."""
+    short = Baseline.of(problem(n=200, hidden=HIDDEN))
+    columns = np.concatenate(
+        [short.problem.earth_axes() * short.problem.state.time_s[:, None, None] ** k for k in range(3)], axis=2
+    )
+    assert not explains_along_field(short, short.with_columns(columns))
