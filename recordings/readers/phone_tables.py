@@ -118,7 +118,8 @@ def vectors_of(table: pa.Table, kind: str) -> Vectors | None:
         return None
     factor = UNITS[kind].get(ColumnName(by_part["x"]).unit(kind) or DEFAULTS[kind], (1.0, 0.0))[0]
     rows = ordered_rows(times)[0] if np.isfinite(times).any() else np.array([], np.int64)
-    return times[rows], factor * np.column_stack(known)[rows]
+    with np.errstate(over="ignore"):  # what is too large for a field is infinite, and told as damaged
+        return times[rows], factor * np.column_stack(known)[rows]
 
 
 def specific_force(phone: PhoneTables) -> Vectors | None:
