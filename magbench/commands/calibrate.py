@@ -120,16 +120,15 @@ def command(
     except RefusedExportsError as error:
         found, refused = error.calibrations, error
     _show(found, _gains(found) if worth else None, found.assessment, json, others=others)
-    if refused is None:  # a refusal is one line
-        _tell_files(out, export)
+    _tell_files(out, export, refused)
     end_with(not_applicable(found) if with_ or exec_ else [], refused)
 
 
-def _tell_files(out: Path | None, exports: str | None) -> None:
-    """What was written, and the command that uses it."""
+def _tell_files(out: Path | None, exports: str | None, refused: Exception | None) -> None:
+    """What was written, and the command that uses it; nothing beside a refusal, which is one line."""
     from magbench.console import say
 
-    if out:
+    if out and refused is None:
         more = f", exports for {exports}" if exports else ""
         say(f"{out}: report.html, calibration.json{more}; `magbench apply {out}/calibration.json LOG` corrects a log")
 
