@@ -69,7 +69,9 @@ def test_exports(place: Path, run: pa.Table) -> None:
         log = damaged_log(place, run, case[0])
         shutil.rmtree(place / "out", ignore_errors=True)
         words = ("calibrate", log, "--with", "ellipsoid", "--export", case[1], *FIELD)
-        hold(place / "out", *words, "-o", str(place / "out"), "--json")  # what is not exported is calibrated all the same
+        hold(
+            place / "out", *words, "-o", str(place / "out"), "--json"
+        )  # what is not exported is calibrated all the same
         for path in (one for one in (place / "out").rglob("*") if one.suffix in (".h", ".params", ".param", ".yaml")):
             assert not {"nan", "inf"} & set(path.read_text().lower().replace(",", " ").split()), path
 
