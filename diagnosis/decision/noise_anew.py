@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from diagnosis.decision.joint_iron import select_jointly
 from diagnosis.decision.selection import Progress, Selection
 from diagnosis.problem.linear import LinearProblem, pauses_after, sample_noise
@@ -20,7 +22,8 @@ def select_in_own_noise(selection: Selection, say: Progress = lambda what: None)
     if problem.mode != "vector" or not selection.accepted:
         return selection
     left_nT = noise_left_nT(problem, selection.end.residual())
-    if (left_nT * problem.policy.larger > problem.sigma_nT).all():
+    smaller = left_nT * problem.policy.larger < problem.sigma_nT
+    if not smaller.any() or not np.isfinite(left_nT).all():
         return selection
     say("the noise anew")
     target = problem.target * (problem.sigma_nT / left_nT)

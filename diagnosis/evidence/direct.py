@@ -124,7 +124,8 @@ def _wrong_values(problem: LinearProblem, lattices: Lattices, beside: Mask) -> D
     far = _short_runs(np.asarray((seen > policy.far_sigma).any(axis=1)), policy.most_burst) & ~beside
     quiet = _quiet(seen, policy)
     if problem.mode == "vector" and quiet:  # the smaller ones too: their law is known by more of them
-        where = _peaks(far, seen) & (seen > policy.never_sigma)
+        peaks = _peaks(far, seen) & (seen > policy.never_sigma)
+        where = peaks if np.count_nonzero(peaks) >= policy.least_spikes else where
     rate_hz, mean_nT = _spike_law(sizes_nT[where], len(residual) * problem.state.interval_s, policy.quarter)
     return _finding("outliers", single | (far & quiet), rate_hz, mean_nT, stated=_is_stated(problem, "outliers"))
 

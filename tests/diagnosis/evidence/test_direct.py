@@ -290,3 +290,13 @@ def test_what_is_off_across_the_field_alone_is_an_error_of_the_attitude(share: f
 def test_two_samples_beside_a_wrong_one_are_left_out_with_it() -> None:
     samples = np.arange(1000) == 500
     assert np.flatnonzero(_with_neighbours(problem(n=1000), samples)).tolist() == [498, 499, 500, 501, 502]
+
+
+def test_wrong_values_beside_samples_that_are_left_out_keep_a_law_of_their_own() -> None:
+    """Where no peak of the residual is far enough, the values that stand out by themselves are counted."""
+    given = recording()
+    mag_nT = given.mag_nT.copy()
+    mag_nT[[300, 1200, 1900, 2800, 3500], 0] += 20 * NOISE_NT
+    (found,) = direct_evidence(problem(replace(given, mag_nT=mag_nT), policy=Policy(never_sigma=1e3)))
+    assert isinstance(found.effect, Spikes)
+    assert found.effect.rate_hz == pytest.approx(5 / 400, rel=0.5)
