@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from diagnosis.decision.iron import iron_changes
 from diagnosis.decision.selection import Selection
 from diagnosis.decision.white_choice import AcceptedEffect
+from diagnosis.evidence.candidate_test import ColouredBaseline
 from diagnosis.evidence.model_noise import states_slow_noise
+from diagnosis.evidence.noise_model import NoiseModel
 from diagnosis.evidence.residual_tests import ResidualTests
 from diagnosis.evidence.slow_noise import SlowNoise, find_slow_noise
 from sim.effects import BY_NAME
@@ -39,6 +42,16 @@ class Conclusion:
         """Tests of the residual of the accepted effects."""
         selection = self.selection
         return selection.after if self.accepted or not selection.accepted else selection.before
+
+    @cached_property
+    def coloured_noise(self) -> NoiseModel | None:
+        """The noise model of a sample beside the accepted effects, if a coloured residual is left; vector mode only."""
+        selection, problem = self.selection, self.selection.end.problem
+        if problem.mode != "vector" or selection.after.clean or not self.accepted:
+            return None
+        found = ColouredBaseline.of(problem, selection.end.accepted_columns)
+        samples, noise = float(np.median(found.rows.count)), found.hypothesis.noise_model
+        return replace(noise, slow=noise.slow / samples)  # a row sums so many samples, over the root of their number
 
 
 Revision = Callable[[Conclusion], Conclusion]

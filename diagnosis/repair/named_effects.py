@@ -9,9 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.decision.conclusion import Conclusion
-from diagnosis.evidence.candidate_test import ColouredBaseline
 from diagnosis.evidence.direct import DirectFinding
-from diagnosis.evidence.noise_model import NoiseModel
 from diagnosis.evidence.white_noise import missing_white_noise
 from diagnosis.problem.blocks import fit, inflation
 from diagnosis.problem.linear import LinearProblem
@@ -64,7 +62,7 @@ class ModelledGap:
 
 def _refined_effects(problem: LinearProblem, conclusion: Conclusion) -> list[NamedEffect]:
     """Accepted effects and changes of the iron, with parameters refined through the simulator's chain."""
-    end, noise = conclusion.selection.end, _coloured_noise(problem, conclusion)
+    end, noise = conclusion.selection.end, conclusion.coloured_noise
     V = inflation(end.sums, fit(end.sums, end.all_folds), problem.policy) if noise is None else 1.0
     every, refit = np.ones(len(problem.recording), bool), not problem.iron_known
     refined = refine(problem, _fitted_effects(conclusion), every, V, refit_iron=refit, noise=noise)
@@ -76,17 +74,6 @@ def _refined_effects(problem: LinearProblem, conclusion: Conclusion) -> list[Nam
         cause = NamedEffect(effect, found.alternatives, how, nats, strength, spread, needed=found.needed)
         named.append((cause, found.form_of or found.name))
     return _by_cause(problem, named, refined.effects[len(named) :])
-
-
-def _coloured_noise(problem: LinearProblem, conclusion: Conclusion) -> NoiseModel | None:
-    """The noise model beside the accepted effects, where they leave a coloured residual; vector mode only."""
-    selection = conclusion.selection
-    if problem.mode != "vector" or selection.after.clean or not conclusion.accepted:
-        return None
-    found = ColouredBaseline.of(problem, selection.end.accepted_columns)
-    samples = float(np.median(found.rows.count))
-    noise = found.hypothesis.noise_model
-    return replace(noise, slow=noise.slow / samples)  # a row sums so many samples, over the root of their number
 
 
 def _by_cause(
@@ -135,7 +122,6 @@ def named_noise(conclusion: Conclusion, others: Sequence[NamedEffect]) -> list[N
 
 
 def _chain_residuals(problem: LinearProblem, conclusion: Conclusion, train: NDArray[np.bool_]) -> tuple[Array, Array]:
-    noise = _coloured_noise(problem, conclusion)
-    trained = refine(problem, _fitted_effects(conclusion), train, noise=noise).effects
+    trained = refine(problem, _fitted_effects(conclusion), train, noise=conclusion.coloured_noise).effects
     given = residual_with_iron_refitted(problem, problem.left_out, train)
     return given, residual_with_iron_refitted(problem, trained, train)
