@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from diagnosis.policy import Policy
-from diagnosis.problem.iron_by_strength import fit_iron_by_strength
+from diagnosis.problem.iron_fit import fit_iron
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.problem.model_effects import pose_without_model_effects
 from diagnosis.problem.rates import course, measured
@@ -91,7 +91,7 @@ def _corrected_nT(recording: Recording, strength_nT: float, policy: Policy) -> A
     """Field (n, 3) corrected by the iron that best reproduces the given strength."""
     m = recording.mag_nT
     block = max(1, round(policy.block_s / float(np.median(np.diff(recording.time_s)))))
-    return np.asarray(fit_iron_by_strength(m, np.full(len(m), strength_nT), block, policy).field_nT(m))
+    return np.asarray(fit_iron(m, np.full(len(m), strength_nT), block, policy).field_nT(m))
 
 
 def _left_by_channels_nT(recording: Recording) -> Array:

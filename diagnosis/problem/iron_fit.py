@@ -1,13 +1,13 @@
-"""Robust least squares of iron with a weak prior: task protocol and Levenberg-Marquardt steps."""
+"""Hard and soft iron from the strength of the field, or from strength and dip: robust, with a weak prior."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
 from diagnosis.policy import Policy
+from diagnosis.problem.level import Dip, dip_rad, upright
 from scenarios.arrays import Array
 
 MOST_STEPS, SETTLED = 60, 1e-9
@@ -16,6 +16,8 @@ FIRST_DAMPING, DAMPING_FACTOR = 1e-3, 5.0
 """Damping of the Levenberg-Marquardt steps."""
 ROUNDS = 3
 """Number of updates of the residual's colour and of the outliers."""
+DIP_ERROR_RAD = 0.02
+"""Standard deviation of a given field's dip: a prior."""
 
 
 @dataclass(frozen=True)
@@ -39,22 +41,27 @@ class Iron:
         return np.asarray(field_nT @ self.turn.T + self.offset_nT)
 
 
-class IronFitTask(Protocol):
-    """A least-squares task: parameters theta (p,) with a Gaussian prior, q residuals for each sample."""
+def fit_iron(measured_nT: Array, strength_nT: Array, block: int, policy: Policy, dip: Dip | None = None) -> Iron:
+    """Iron for measurements m (n, 3) with strength F (n,), and dip I (n,) if known; outliers are excluded.
 
-    @property
-    def prior_mean(self) -> Array:
-        """Mean (p,) of the prior, and start of the fit."""
-
-    @property
-    def prior_std(self) -> Array:
-        """Standard deviation (p,) of the prior."""
-
-    def residual(self, theta: Array) -> Array:
-        """Residuals (n, q) in units of the field's strength."""
-
-    def jacobian(self, theta: Array) -> Array:
-        """Derivatives (n, q, p) of the residuals by the parameters."""
+    ``min sum (|h| - F)^2 / v + F^2 (dip(h) - I - c)^2 / w + prior``, ``h = M (m - o)``, c a constant error of the given
+    dip. Without a dip M is symmetric: the strength shows no turn. v and w are the power of a residual times its colour
+    over means of `block` samples and more, so that a slow disturbance does not bend axes that the motion hardly
+    determines. In unobservable directions the prior holds, M = 1 and o = 0.
+    """
+    unit, middle_nT = unit_of(measured_nT, strength_nT, policy)
+    task = IronFit(measured_nT * (unit / middle_nT), strength_nT / middle_nT, policy, dip)
+    theta = task.prior_mean
+    for _ in range(ROUNDS):
+        residual = task.residual(theta)
+        use = np.column_stack([_near(np.abs(column), policy) for column in residual.T])
+        power = [_power(column[near > 0], block, policy) for column, near in zip(residual.T, use.T, strict=True)]
+        theta = _minimum(theta, task, use / np.array(power))
+    matrix = theta[:9].reshape(3, 3)
+    if dip is None:
+        _, size, axes = np.linalg.svd(matrix)
+        matrix = (axes.T * size) @ axes
+    return Iron(matrix * unit, theta[9:12] * middle_nT / unit)
 
 
 def unit_of(measured_nT: Array, strength_nT: Array, policy: Policy) -> tuple[float, float]:
@@ -63,19 +70,50 @@ def unit_of(measured_nT: Array, strength_nT: Array, policy: Policy) -> tuple[flo
     return 1.0 if 1 / policy.clearly_larger < size / middle_nT < policy.clearly_larger else middle_nT / size, middle_nT
 
 
-def fit_iron(task: IronFitTask, block: int, policy: Policy) -> Array:
-    """Parameters theta (p,) of ``min sum_a sum r_a^2 / v_a + prior`` with residuals r (n, q), outliers excluded.
+@dataclass(frozen=True, eq=False)
+class IronFit:
+    """Residuals ``|h| - F`` and ``F (dip(h) - I - c)`` of ``h = M (y - o)``, in units of the field's strength.
 
-    v (q,) is the power of the residual times its colour over means of `block` samples and more, so that a slow
-    disturbance does not bend axes that the motion hardly determines.
+    Parameters theta (p,): nine elements of M, three of o, and c where a dip is known; Gaussian prior.
     """
-    theta = task.prior_mean
-    for _ in range(ROUNDS):
-        residual = task.residual(theta)
-        use = np.column_stack([_near(np.abs(column), policy) for column in residual.T])
-        power = [_power(column[near > 0], block, policy) for column, near in zip(residual.T, use.T, strict=True)]
-        theta = _minimum(theta, task, use / np.array(power))
-    return theta
+
+    y: Array
+    F: Array
+    policy: Policy
+    dip: Dip | None = None
+
+    @property
+    def prior_mean(self) -> Array:
+        """Unit matrix, no offset, no dip error."""
+        return np.concatenate([np.eye(3).ravel(), np.zeros(3 if self.dip is None else 4)])
+
+    @property
+    def prior_std(self) -> Array:
+        """Standard deviations (p,) of the parameters."""
+        of_each = np.repeat([self.policy.matrix_prior, self.policy.offset_prior, DIP_ERROR_RAD], [9, 3, 1])
+        return of_each[: len(self.prior_mean)]
+
+    def residual(self, theta: Array) -> Array:
+        """Residuals (n, q)."""
+        h = (self.y - theta[9:12]) @ theta[:9].reshape(3, 3).T
+        off = np.linalg.norm(h, axis=1) - self.F
+        if self.dip is None:
+            return np.asarray(off[:, None])
+        return np.column_stack([off, self.F * (dip_rad(h, self.dip.down) - self.dip.given_rad - theta[12])])
+
+    def jacobian(self, theta: Array) -> Array:
+        """Derivatives (n, q, p) of the residuals."""
+        matrix, from_offset = theta[:9].reshape(3, 3), self.y - theta[9:12]
+        h = from_offset @ matrix.T
+        size = np.maximum(np.linalg.norm(h, axis=1, keepdims=True), SETTLED)
+        along = (h / size)[:, None]
+        if self.dip is not None:
+            rising = upright(h / size, self.dip.down) * (self.F[:, None] / size)
+            along = np.concatenate([along, rising[:, None]], axis=1)
+        elements = (along[:, :, :, None] * from_offset[:, None, None, :]).reshape(*along.shape[:2], 9)
+        slopes = np.concatenate([elements, -along @ matrix, np.zeros((*along.shape[:2], len(theta) - 12))], axis=2)
+        slopes[:, 1:, 12:] = -self.F[:, None, None]
+        return slopes
 
 
 def _near(off: Array, policy: Policy) -> Array:
@@ -96,19 +134,20 @@ def _power(residual: Array, block: int, policy: Policy) -> float:
     return power * excess
 
 
-def _minimum(theta: Array, task: IronFitTask, weight: Array) -> Array:
+def _minimum(theta: Array, task: IronFit, weight: Array) -> Array:
     """Parameters of least cost by Levenberg-Marquardt steps; weight (n, q) of each squared residual."""
+    mean, std = task.prior_mean, task.prior_std
 
     def cost(residual: Array, at: Array) -> float:
-        return float((weight * residual**2).sum() + (((at - task.prior_mean) / task.prior_std) ** 2).sum())
+        return float((weight * residual**2).sum() + (((at - mean) / std) ** 2).sum())
 
     residual = task.residual(theta)
     damping, now = FIRST_DAMPING, cost(residual, theta)
     for _ in range(MOST_STEPS):
         J = task.jacobian(theta)
         weighted = (J * weight[:, :, None]).reshape(-1, len(theta))
-        normal = weighted.T @ J.reshape(-1, len(theta)) + np.diag(task.prior_std**-2.0)
-        downhill = weighted.T @ residual.ravel() + (theta - task.prior_mean) / task.prior_std**2
+        normal = weighted.T @ J.reshape(-1, len(theta)) + np.diag(std**-2.0)
+        downhill = weighted.T @ residual.ravel() + (theta - mean) / std**2
         step = np.linalg.solve(normal + damping * np.diag(np.diag(normal)), downhill)
         moved = task.residual(theta - step)
         then = cost(moved, theta - step)

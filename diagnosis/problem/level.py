@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,13 @@ from scenarios.arrays import Array
 
 LEAST_LEVEL = 1e-6
 """Horizontal part of a unit direction below which the direction counts as vertical."""
+
+
+class Dip(NamedTuple):
+    """Unit vectors down (n, 3), and the given dip (n,) of the field in rad."""
+
+    down: Array
+    given_rad: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,10 +36,10 @@ class Level:
         level_nT, size_nT = np.hypot(*field_enu_nT[:2]), np.linalg.norm(field_enu_nT)
         return cls(-R_wb[:, 2], field_enu_nT) if level_nT > policy.trace * size_nT else None
 
-    def given_rad(self, track: FieldTrack | None) -> Array:
-        """Dip (n,) of the given field, including its change along a track."""
+    def dip(self, track: FieldTrack | None) -> Dip:
+        """The dip of the given field, including its change along a track."""
         field = self.field_enu_nT + (np.zeros((len(self.down), 3)) if track is None else track.change_enu_nT)
-        return np.asarray(np.arctan2(-field[:, 2], np.hypot(field[:, 0], field[:, 1])))
+        return Dip(self.down, np.arctan2(-field[:, 2], np.hypot(field[:, 0], field[:, 1])))
 
     def at(self, samples: NDArray[np.bool_]) -> Level:
         """The level at selected samples."""

@@ -8,10 +8,8 @@ import numpy as np
 
 from calib.numerics.rates import body_rate, smoothed_derivative
 from diagnosis.policy import Policy
-from diagnosis.problem.iron_by_dip import fit_iron_by_dip
-from diagnosis.problem.iron_by_strength import fit_iron_by_strength
-from diagnosis.problem.iron_fit import Iron
-from diagnosis.problem.level import Level, dip_rad, upright
+from diagnosis.problem.iron_fit import fit_iron
+from diagnosis.problem.level import Dip, Level, dip_rad, upright
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.problem.model_effects import pose_without_model_effects
 from diagnosis.problem.rates import course, measured
@@ -48,59 +46,53 @@ def strength_problem(
     than iron are subtracted from m first.
     """
 
+    dip, known_nT = None if level is None else level.dip(track), 0.0 if disturbance_nT is None else disturbance_nT
+
     def bare(seen: Recording) -> LinearProblem:
-        return _by_iron_alone(seen, strength_nT, policy, disturbance_nT, track, level)
+        F, mag_nT = _strength(seen, strength_nT, track), seen.mag_nT - known_nT
+        iron = fit_iron(mag_nT, F[:, 0], _block(seen, policy), policy, dip)
+        output_axes, deviation = _compared(iron.field_nT(mag_nT), F, dip)
+        sigma = _noise_nT(deviation, seen, policy)
+        residual = deviation + np.einsum("nqi,ni->nq", output_axes, (seen.mag_nT - mag_nT) @ iron.matrix.T)
+        given_nT = _given(float(np.median(F)) if track is None else strength_nT, level)
+        state = _state(seen, output_axes[:, 0] * F, given_nT)
+        clean = iron.measured_nT(state.field_nT)
+        return LinearProblem(
+            recording=seen,
+            state=state,
+            effects=(),
+            mode="strength",
+            base=_base(output_axes, sigma),
+            target=residual / sigma,
+            sigma_nT=sigma,
+            usable=np.ones(len(seen)),
+            turn=iron.turn,
+            clean_nT=clean,
+            predicted_nT=clean,
+            inputs=measured(seen) | {"rate"},  # of the field that is measured
+            policy=policy,
+            track=track,
+            level=level,
+            output_axes=output_axes,
+        )
 
     return pose_without_model_effects(bare, recording, effects)
 
 
-def _by_iron_alone(
-    recording: Recording,
-    strength_nT: float,
-    policy: Policy,
-    disturbance_nT: Array | None,
-    track: FieldTrack | None,
-    level: Level | None,
-) -> LinearProblem:
-    F = _strength(recording, strength_nT, track)
-    known = np.zeros_like(recording.mag_nT) if disturbance_nT is None else disturbance_nT
-    iron = _iron(replace(recording, mag_nT=recording.mag_nT - known), F[:, 0], policy, track, level)
-    output_axes, deviation = _compared(iron.field_nT(recording.mag_nT - known), F, track, level)
-    sigma = _noise_nT(deviation, recording, policy)
-    residual = deviation + np.einsum("nqi,ni->nq", output_axes, known @ iron.matrix.T)
-    state = _state(
-        recording, output_axes[:, 0] * F, _given(float(np.median(F)) if track is None else strength_nT, level)
-    )
-    clean = iron.measured_nT(state.field_nT)
-    return LinearProblem(
-        recording=recording,
-        state=state,
-        effects=(),
-        mode="strength",
-        base=_base(output_axes, sigma),
-        target=residual / sigma,
-        sigma_nT=sigma,
-        usable=np.ones(len(recording)),
-        turn=iron.turn,
-        clean_nT=clean,
-        predicted_nT=clean,
-        inputs=measured(recording) | {"rate"},  # of the field that is measured
-        policy=policy,
-        track=track,
-        level=level,
-        output_axes=output_axes,
-    )
+def _block(recording: Recording, policy: Policy) -> int:
+    """Samples of a block."""
+    return max(1, round(policy.block_s / float(np.median(np.diff(recording.time_s)))))
 
 
-def _compared(field_nT: Array, F: Array, track: FieldTrack | None, level: Level | None) -> tuple[Array, Array]:
+def _compared(field_nT: Array, F: Array, dip: Dip | None) -> tuple[Array, Array]:
     """Directions (n, q, 3) of strength and dip of a field (n, 3), and their residuals (n, q) in nT."""
     size = np.linalg.norm(field_nT, axis=1, keepdims=True)
     direction = field_nT / size
-    if level is None:
+    if dip is None:
         return direction[:, None], np.asarray(size - F)
-    off_rad = dip_rad(field_nT, level.down) - level.given_rad(track)
+    off_rad = dip_rad(field_nT, dip.down) - dip.given_rad
     dip_nT = F[:, 0] * (off_rad - np.median(off_rad))
-    return np.stack([direction, upright(direction, level.down)], axis=1), np.column_stack([size - F, dip_nT])
+    return np.stack([direction, upright(direction, dip.down)], axis=1), np.column_stack([size - F, dip_nT])
 
 
 def _noise_nT(left_nT: Array, recording: Recording, policy: Policy) -> Array:
@@ -168,16 +160,6 @@ def refit_iron(problem: LinearProblem, disturbance_nT: Array) -> LinearProblem:
     std_rad, done = problem.attitude_std_rad, problem.corrections
     kept = replace(anew, state=state, attitude_std_rad=std_rad, corrections=done, **problem.findings)
     return kept.without(problem.usable == 0)
-
-
-def _iron(
-    recording: Recording, strength_nT: Array, policy: Policy, track: FieldTrack | None, level: Level | None
-) -> Iron:
-    interval_s = float(np.median(np.diff(recording.time_s)))
-    block = max(1, round(policy.block_s / interval_s))
-    if level is None:
-        return fit_iron_by_strength(recording.mag_nT, strength_nT, block, policy)
-    return fit_iron_by_dip(recording.mag_nT, strength_nT, level.down, level.given_rad(track), block, policy)
 
 
 def strength_columns(direction: Array) -> Array:
