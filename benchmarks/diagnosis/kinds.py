@@ -264,6 +264,17 @@ def switched(flight: Flight) -> tuple[bool, str]:
     return bool(np.allclose(written, NOISE_NT, rtol=0.1)), f"{written.round(2).tolist()} {_told(found)}"
 
 
+def time_by_strength(flight: Flight) -> tuple[bool, str]:
+    """A field that bends in time by 3 to 10 sigma along itself, seen by the strength alone: among the causes."""
+    along = flight.field_enu_nT / np.linalg.norm(flight.field_enu_nT)
+    period_s, phase_deg = flight.rng.uniform(3.0, 10.0) * flight.duration_s, float(flight.rng.uniform(-180.0, 180.0))
+    swing = np.ptp(np.sin(2 * np.pi * (flight.state.time_s / period_s) + np.radians(phase_deg)))
+    size_nT = flight.rng.uniform(3.0, 10.0) * NOISE_NT / swing
+    drift = {"amplitude_enu_nT": (size_nT * along).tolist(), "period_s": period_s, "phase_deg": phase_deg}
+    found = diagnose(replace(flight.with_effects({"diurnal_drift": drift}), att_q=None), flight.model())
+    return "diurnal_drift" in _names(found), _told(found)
+
+
 KINDS: dict[str, tuple[Measure, float]] = {
     "lot": (lot, 1.0),
     "body-beside-spikes": (body_beside_spikes, 0.9),
@@ -277,6 +288,7 @@ KINDS: dict[str, tuple[Measure, float]] = {
     "rates": (rates, 0.9),
     "switched": (switched, 0.95),
     "pulses": (pulses, 0.95),
+    "time-by-strength": (time_by_strength, 0.9),
 }
 """Each kind's trial, and the share that has to be right."""
 

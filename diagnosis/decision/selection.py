@@ -301,7 +301,7 @@ def _with_earth_vector(tests: ResidualTests, baseline: Baseline) -> ResidualTest
 
     An effect that depends on position imitates a constant error of the field.
     """
-    if not tests.clean:
+    if not tests.clean or baseline.problem.mode != "vector":
         return tests
     problem, axes = baseline.problem, baseline.problem.earth_axes()
     if baseline.evidence_of(axes) <= problem.policy.apart:

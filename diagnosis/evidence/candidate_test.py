@@ -127,9 +127,9 @@ def surrogate_columns(candidate: Candidate, problem: LinearProblem, rows: Binned
 
     The course is continued by reflection, so that a monotone course has no jump. Where only the strength is known the
     contribution is shifted in the sensor frame and then projected along the unshifted motion: wander of an axis is
-    modulated by the direction of the field, and the surrogates must be modulated alike.
+    modulated by the direction of the field, and the surrogates must be modulated alike; a field of the Earth is not.
     """
-    if problem.mode == "vector":
+    if problem.mode == "vector" or candidate.effect.stage == "field":
         return list(_to_and_fro(rows.bin(candidate.columns(problem)), problem.policy.surrogates))
     moved = _to_and_fro(candidate.contribution_nT(problem), problem.policy.surrogates)
     return [rows.bin(problem.whitened(contribution_nT, candidate.effect)) for contribution_nT in moved]

@@ -58,7 +58,7 @@ class _Swings:
         problem, state = baseline.problem, baseline.problem.state
         coarse = replace(problem.policy, most_rows=ROWS)
         rows = BinnedRows.of(state.time_s, problem.usable, problem.base, problem.target, coarse)
-        axes = problem.whitened(state.R_wb.transpose(0, 2, 1), candidate.effect)
+        axes = problem.whitened(candidate.seen(state.R_wb.transpose(0, 2, 1)), candidate.effect)
         middle_s = rows.row_start_s + (rows.interval_s - state.interval_s) / 2
         return cls(rows, rows.bin_groups(baseline.accepted_columns), middle_s, rows.bin(axes))
 

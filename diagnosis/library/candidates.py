@@ -12,7 +12,7 @@ import numpy as np
 
 from calib.numerics.rates import body_rate
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.problem.model_effects import seen_by
+from diagnosis.problem.model_effects import missing_inputs
 from scenarios.arrays import Array
 from sim.effects import EFFECTS
 from sim.effects.base import PLAIN, Effect
@@ -32,13 +32,14 @@ class Candidate:
     """An effect at given nonlinear parameters: ``E c``, columns E (n, q, k) and coefficients c (k,) left to fit.
 
     `tried`: number of settings that a search compared, for the price of the search. `forms`: fuller forms of the effect
-    whose columns are included.
+    whose columns are included. `span`: unit vectors (s, 3) east, north, up of a field of which no more is seen.
     """
 
     effect: type[Effect]
     nonlinear: tuple[tuple[str, Any], ...] = ()
     tried: int = 1
     forms: tuple[str, ...] = ()
+    span: tuple[tuple[float, ...], ...] = ()
 
     @classmethod
     def of(cls, effect: Effect) -> Candidate:
@@ -128,11 +129,19 @@ class Candidate:
         if self.effect.linear:
             plain = [self.effect.basis(state, signal, (PLAIN,), **values) for values in self.settings]
             fuller = [self.effect.basis(state, signal, self.forms, **self.settings[0])] if self.forms else []
-            return np.concatenate([*plain, *fuller], axis=2)
+            return np.concatenate([*map(self.seen, plain), *fuller], axis=2)
         rng = np.random.default_rng(0)
         return np.stack(
             [self.effect(**values).contribution(state, signal, rng, {}) for values in self.settings], axis=2
         )
+
+    def seen(self, axes: Array) -> Array:
+        """Columns (n, 3, s) along the span, of columns (n, 3, 3) along east, north and up; unchanged without a span."""
+        return axes @ np.array(self.span).T if self.span else axes
+
+    def _of_axes(self, c: Array) -> Array:
+        """Coefficients along east, north and up from those (k,) along the span."""
+        return (c.reshape(-1, len(self.span)) @ np.array(self.span)).ravel() if self.span else c
 
     def to_effect(self, c: Array) -> Effect:
         """The effect with fitted coefficients (k,), clipped to its bounds."""
@@ -158,6 +167,7 @@ class Candidate:
         A short section of a long wave equals a section of a shorter, lower wave: a bend then needs no amplitude at the
         bounds.
         """
+        c = self._of_axes(c)
         if not self.phase:
             return c, {}
         k = len(self.effect.linear_units((PLAIN,)))
@@ -227,7 +237,10 @@ def propose_candidates(problem: LinearProblem, without: frozenset[str] = frozens
     without : names of effects left out.
     """
     return {
-        effect.name: [Candidate(effect, tuple(values.items())) for values in _settings(effect, problem)]
+        effect.name: [
+            Candidate(effect, tuple(values.items()), span=_span(effect, problem))
+            for values in _settings(effect, problem)
+        ]
         for effect in EFFECTS
         if effect.name not in without and _is_linear(effect) and _is_measured(effect, problem)
     }
@@ -246,7 +259,18 @@ def attitude_turns(problem: LinearProblem) -> Array:
 
 def missing_channels(effect: type[Effect], problem: LinearProblem) -> tuple[str, ...]:
     """Inputs that an effect needs and the problem lacks."""
-    return tuple(sorted(set(effect.needs) - seen_by(problem)))
+    return tuple(sorted(missing_inputs(effect, problem)))
+
+
+def _span(effect: type[Effect], problem: LinearProblem) -> tuple[tuple[float, ...], ...]:
+    """Directions of a field that strength, or strength and dip, show; empty where all are, or for another effect."""
+    if problem.mode != "strength" or effect.stage != "field":
+        return ()
+    field = problem.state.field_enu_nT / np.linalg.norm(problem.state.field_enu_nT)
+    if problem.level is None:
+        return (tuple(field.tolist()),)
+    level = float(np.hypot(*field[:2]))
+    return ((float(field[0]) / level, float(field[1]) / level, 0.0), (0.0, 0.0, 1.0))
 
 
 def _is_linear(effect: type[Effect]) -> bool:

@@ -61,7 +61,7 @@ def pose(
     elif level is None and at_rest(recording, strength_nT, policy):
         problem = still_problem(recording, effects, policy)
     else:
-        problem = strength_problem(recording, strength_nT, effects, policy, track=track, level=level)
+        problem = strength_problem(recording, strength_nT, effects, policy, None, track, level, field_enu_nT)
     return without_their_noise(problem)
 
 

@@ -36,6 +36,7 @@ def strength_problem(
     disturbance_nT: Array | None = None,
     track: FieldTrack | None = None,
     level: Level | None = None,
+    field_enu_nT: Array | None = None,
 ) -> LinearProblem:
     """The problem of the strength, see `LinearProblem`, with iron fitted after a known disturbance is subtracted.
 
@@ -43,8 +44,9 @@ def strength_problem(
     M d``, to first order independent of d, so that effects and iron are estimated jointly by iteration. A recorded
     scalar magnetometer, which must be compensated, replaces the given F sample by sample. With a level the dip is
     compared as well: ``F (dip(h) - I) + v M d``, v the direction across u of increasing dip. The model's effects other
-    than iron are subtracted from m first.
+    than iron are subtracted from m first. field_enu_nT (3,): the given field where its direction is known.
     """
+    given_nT = field_enu_nT if level is None else level.field_enu_nT
 
     dip, known_nT = None if level is None else level.dip(track), 0.0 if disturbance_nT is None else disturbance_nT
 
@@ -54,8 +56,8 @@ def strength_problem(
         output_axes, deviation = _compared(iron.field_nT(mag_nT), F, dip)
         sigma = _noise_nT(deviation, seen, policy)
         residual = deviation + np.einsum("nqi,ni->nq", output_axes, (seen.mag_nT - mag_nT) @ iron.matrix.T)
-        given_nT = _given(float(np.median(F)) if track is None else strength_nT, level)
-        state = _state(seen, output_axes[:, 0] * F, given_nT)
+        middle_nT = float(np.median(F)) if track is None else strength_nT
+        state = _state(seen, output_axes[:, 0] * F, middle_nT * _direction(given_nT), dip)
         clean = iron.measured_nT(state.field_nT)
         return LinearProblem(
             recording=seen,
@@ -101,11 +103,9 @@ def _noise_nT(left_nT: Array, recording: Recording, policy: Policy) -> Array:
     return np.concatenate(list(each))
 
 
-def _given(strength_nT: float, level: Level | None) -> Array:
-    """Given field (3,); towards north for a strength alone."""
-    if level is None:
-        return np.array([0.0, strength_nT, 0.0])
-    return np.asarray(level.field_enu_nT / np.linalg.norm(level.field_enu_nT)) * strength_nT
+def _direction(field_enu_nT: Array | None) -> Array:
+    """Direction (3,) of a given field; north where the strength alone is known."""
+    return np.array([0.0, 1.0, 0.0]) if field_enu_nT is None else field_enu_nT / np.linalg.norm(field_enu_nT)
 
 
 def _strength(recording: Recording, given_nT: float, track: FieldTrack | None) -> Array:
@@ -155,6 +155,7 @@ def refit_iron(problem: LinearProblem, disturbance_nT: Array) -> LinearProblem:
         disturbance_nT,
         problem.track,
         problem.level,
+        problem.state.field_enu_nT,
     )
     state = replace(anew.state, channels=problem.state.channels)
     std_rad, done = problem.attitude_std_rad, problem.corrections
@@ -186,14 +187,38 @@ def dip_columns(output_axes: Array) -> Array:
     return np.concatenate([elements, output_axes, constant], axis=2)
 
 
-def _state(recording: Recording, field: Array, field_enu_nT: Array) -> State:
-    n = len(recording)
+def _state(recording: Recording, field: Array, field_enu_nT: Array, dip: Dip | None) -> State:
     rate = body_rate(recording)
     return State(
-        R_wb=np.tile(np.eye(3), (n, 1, 1)),
-        rate_rad_s=np.zeros((n, 3)) if rate is None else rate,
+        R_wb=_attitude(field, field_enu_nT, dip),
+        rate_rad_s=np.zeros_like(field) if rate is None else rate,
         field_enu_nT=field_enu_nT,
         field_nT=field,
         field_rate_nT_s=smoothed_derivative(field, recording.time_s) if rate is None else -cross(rate, field),
         **course(recording),
     )
+
+
+def _attitude(field_nT: Array, field_enu_nT: Array, dip: Dip | None) -> Array:
+    """Attitudes (n, 3, 3) that turn a measured field (n, 3) to the given one, and, with a dip, down towards down.
+
+    Without a dip the turn about the field is unknown and any: of a field in the Earth's axes the strength shows only
+    the part along the given field.
+    """
+    down = _across(field_nT) if dip is None else dip.down
+    down_enu = _across(field_enu_nT[None]) if dip is None else np.array([[0.0, 0.0, -1.0]])
+    here, there = (_axes(*pair) for pair in ((field_nT, down), (field_enu_nT[None], down_enu)))
+    return np.asarray(there.transpose(0, 2, 1) @ here)
+
+
+def _across(field: Array) -> Array:
+    """Vectors (n, 3) that are not along fields (n, 3): the axis on which each has least."""
+    return np.asarray(np.eye(3)[np.abs(field).argmin(axis=1)])
+
+
+def _axes(field: Array, second: Array) -> Array:
+    """Right-handed unit vectors (n, 3, 3), as rows: along fields (n, 3), and towards second vectors."""
+    first = field / np.linalg.norm(field, axis=1, keepdims=True)
+    third = np.cross(first, second)
+    third /= np.linalg.norm(third, axis=1, keepdims=True)
+    return np.stack([first, np.cross(third, first), third], axis=1)

@@ -161,10 +161,10 @@ def test_what_was_not_measured_is_not_proposed() -> None:
         assert any(missing_channels(effect, posed) == (need,) for effect in EFFECTS)
 
 
-def test_without_attitude_nothing_that_needs_it_is_proposed() -> None:
+def test_without_attitude_nothing_that_needs_it_is_proposed_but_a_field_that_changes_in_time() -> None:
     names = propose_candidates(problem(without_attitude(recording())))
     assert names
-    assert not any({"attitude", "position"} & set(BY_NAME[name].needs) for name in names)
+    assert [name for name in names if {"attitude", "position"} & set(BY_NAME[name].needs)] == ["diurnal_drift"]
 
 
 def test_a_path_that_is_too_short_has_no_places() -> None:
