@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -47,38 +48,50 @@ def strength_problem(
     than iron are subtracted from m first. field_enu_nT (3,): the given field where its direction is known.
     """
     given_nT = field_enu_nT if level is None else level.field_enu_nT
+    known_nT = 0.0 if disturbance_nT is None else disturbance_nT
+    reference = _Reference(strength_nT, _direction(given_nT), track, level)
+    return pose_without_model_effects(lambda seen: _posed(seen, reference, known_nT, policy), recording, effects)
 
-    dip, known_nT = None if level is None else level.dip(track), 0.0 if disturbance_nT is None else disturbance_nT
 
-    def bare(seen: Recording) -> LinearProblem:
-        F, mag_nT = _strength(seen, strength_nT, track), seen.mag_nT - known_nT
-        iron = fit_iron(mag_nT, F[:, 0], _block(seen, policy), policy, dip)
-        output_axes, deviation = _compared(iron.field_nT(mag_nT), F, dip)
-        sigma = _noise_nT(deviation, seen, policy)
-        residual = deviation + np.einsum("nqi,ni->nq", output_axes, (seen.mag_nT - mag_nT) @ iron.matrix.T)
-        middle_nT = float(np.median(F)) if track is None else strength_nT
-        state = _state(seen, output_axes[:, 0] * F, middle_nT * _direction(given_nT), dip)
-        clean = iron.measured_nT(state.field_nT)
-        return LinearProblem(
-            recording=seen,
-            state=state,
-            effects=(),
-            mode="strength",
-            base=_base(output_axes, sigma),
-            target=residual / sigma,
-            sigma_nT=sigma,
-            usable=np.ones(len(seen)),
-            turn=iron.turn,
-            clean_nT=clean,
-            predicted_nT=clean,
-            inputs=measured(seen) | {"rate"},  # of the field that is measured
-            policy=policy,
-            track=track,
-            level=level,
-            output_axes=output_axes,
-        )
+class _Reference(NamedTuple):
+    """What is known of the field: its strength in nT, direction (3,), change along a track, and the level."""
 
-    return pose_without_model_effects(bare, recording, effects)
+    strength_nT: float
+    direction: Array
+    track: FieldTrack | None
+    level: Level | None
+
+
+def _posed(recording: Recording, reference: _Reference, known_nT: Array | float, policy: Policy) -> LinearProblem:
+    """The problem with iron fitted to the measurement less a known disturbance (n, 3)."""
+    track, level = reference.track, reference.level
+    F, mag_nT = _strength(recording, reference.strength_nT, track), recording.mag_nT - known_nT
+    dip = None if level is None else level.dip(track)
+    iron = fit_iron(mag_nT, F[:, 0], _block(recording, policy), policy, dip)
+    output_axes, deviation = _compared(iron.field_nT(mag_nT), F, dip)
+    sigma = _noise_nT(deviation, recording, policy)
+    residual = deviation + np.einsum("nqi,ni->nq", output_axes, (recording.mag_nT - mag_nT) @ iron.matrix.T)
+    middle_nT = float(np.median(F)) if track is None else reference.strength_nT
+    state = _state(recording, output_axes[:, 0] * F, middle_nT * reference.direction, dip)
+    clean = iron.measured_nT(state.field_nT)
+    return LinearProblem(
+        recording=recording,
+        state=state,
+        effects=(),
+        mode="strength",
+        base=_base(output_axes, sigma),
+        target=residual / sigma,
+        sigma_nT=sigma,
+        usable=np.ones(len(recording)),
+        turn=iron.turn,
+        clean_nT=clean,
+        predicted_nT=clean,
+        inputs=measured(recording) | {"rate"},  # of the field that is measured
+        policy=policy,
+        track=track,
+        level=level,
+        output_axes=output_axes,
+    )
 
 
 def _block(recording: Recording, policy: Policy) -> int:
