@@ -16,6 +16,8 @@ FIRST_DAMPING, DAMPING_FACTOR = 1e-3, 5.0
 """Damping of the Levenberg-Marquardt steps."""
 ROUNDS = 3
 """Number of updates of the residual's colour and of the outliers."""
+LEAST_NOISE = 1e-6
+"""Least noise over the field: with less, nothing is left of the prior in the sums of squares."""
 DIP_ERROR_RAD = 0.02
 """Standard deviation of a given field's dip: a prior."""
 
@@ -124,7 +126,7 @@ def _near(off: Array, policy: Policy) -> Array:
 
 def _power(residual: Array, block: int, policy: Policy) -> float:
     """Power of a residual (n,), times the largest excess of its block means over white noise."""
-    power = max(float((residual**2).mean()), SETTLED**2)
+    power = max(float((residual**2).mean()), LEAST_NOISE**2)
     excess = 1.0
     for several in policy.colour_blocks:
         length = several * block

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from diagnosis.policy import STANDARD
-from diagnosis.problem import at_rest as still
 from diagnosis.problem.at_rest import at_rest
 from diagnosis.workflow import diagnose
 from recordings import Recording
+from scenarios.arrays import Array
 from sim.scenario import ModelSpec
 from tests.diagnosis.synthetic import STRENGTH_NT, recording, without_attitude
 
@@ -83,32 +83,37 @@ def test_a_gyro_tells_a_turn(rate_rad_s: float, turns: bool) -> None:
     assert at_rest(given, 5e4, STANDARD) is not turns
 
 
-@pytest.mark.parametrize(
-    ("left", "second", "off", "over_off", "moved"),
-    [
-        (0.4, 0.05, 0.02, 10.0, True),
-        (0.6, 0.05, 0.02, 10.0, False),
-        (0.3, 0.08, 0.02, 10.0, True),
-        (0.3, 0.12, 0.02, 10.0, False),
-        (0.3, 0.2, 0.04, 10.0, False),
-        (0.3, 0.2, 0.06, 10.0, True),
-        (0.3, 0.2, 0.02, 4.0, True),
-        (0.3, 0.2, 0.02, 6.0, False),
-    ],
-)
-def test_channels_move_a_field_that_lies_on_a_line_or_that_no_turn_makes(  # type: ignore[no-untyped-def]
-    left, second, off, over_off, moved, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Half of it; a line's second axis is a tenth; iron makes the strength hold to 5 % or leaves a fifth of the rest.
+def wave(period: float) -> Array:
+    """A square wave (4096,) of one, that no other of these follows."""
+    return np.sign(np.sin(np.arange(4096) * 2 * np.pi / period + 1e-3))
 
-    left: part of the variance that channels leave; off: of the strength with iron; over_off: what channels leave to it.
-    """
-    first, other, third = (np.sign(np.sin(np.arange(4096) * 2 * np.pi / period + 1e-3)) for period in (64, 32, 16))
-    mag_nT = np.column_stack([1e4 * first, second * 1e4 * other, 0 * first])
-    corrected_nT = np.column_stack([(5e4 + off * 5e4 * third) * first, 0 * first, 0 * first])
-    share = np.sqrt(left * ((mag_nT - mag_nT.mean(axis=0)) ** 2).sum() / 4096 / 3)
-    monkeypatch.setattr(still, "_corrected_nT", lambda *_: corrected_nT)
-    monkeypatch.setattr(still, "_left_by_channels_nT", lambda _: np.full((4096, 3), share))
-    monkeypatch.setattr(still, "rms", lambda _: over_off * off * 5e4)
-    given = Recording(time_s=np.arange(4096) / 10, mag_nT=mag_nT)
-    assert still._moved_by_channels(given, 5e4, STANDARD) is moved
+
+def told_by_channels(mag_nT: Array, drivers: list[Array], left: float) -> Recording:
+    """Drivers of a field as channels that explain all of it but a part, in which each follows something else."""
+    other = [np.sqrt(2) * np.sin(np.arange(4096) / (7.3 + k)) for k in range(len(drivers))]
+    pairs = zip(drivers, other, strict=True)
+    seen = [np.sqrt(1 - left) * x / x.std() + np.sqrt(left) * y for x, y in pairs]
+    channels = {f"pump_{k}": x for k, x in enumerate(seen)}
+    return Recording(time_s=np.arange(4096) / 10, mag_nT=mag_nT, channels=channels)
+
+
+@pytest.mark.parametrize(
+    ("left", "second", "moved"), [(0.4, 0.05, True), (0.6, 0.05, False), (0.3, 0.08, True), (0.3, 0.12, False)]
+)
+def test_channels_that_explain_half_move_a_field_on_a_line(left: float, second: float, moved: bool) -> None:
+    """Half of it, where its second axis is a tenth of the first; iron fits any four fields."""
+    mag_nT = 1e4 * np.column_stack([wave(64), second * wave(32), 0 * wave(32)])
+    assert at_rest(told_by_channels(mag_nT, [wave(64)], left), 5e4, STANDARD) is moved
+
+
+@pytest.mark.parametrize(
+    ("left", "off", "moved"), [(0.3, 0.035, False), (0.45, 0.065, True), (0.02, 0.02, True), (0.05, 0.02, False)]
+)
+def test_a_field_that_keeps_its_strength_turns_unless_channels_leave_little(
+    left: float, off: float, moved: bool
+) -> None:
+    """Iron makes the strength hold to 5 %, or leaves a fifth of what the channels do."""
+    angle = np.arange(4096) / 31.7
+    round_nT = 5e4 * (1 + off * wave(16))[:, None] * np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
+    given = told_by_channels(round_nT, [np.cos(angle), np.sin(angle)], left)
+    assert at_rest(given, 5e4, STANDARD) is moved
