@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from magbench.console import show_table, show_text
-from reports.presentation.diagnosis import GAP_HEADS, PARAMETER_HEADS, PART_HEADS, PresentedDiagnosis, cells
+from reports.presentation.diagnosis import GAP_HEADS, PARAMETER_HEADS, PART_HEADS, PresentedDiagnosis, Row, cells
 from reports.presentation.pooled import PresentedPool
 from reports.presentation.stated_iron import IRON_HEADS
 
@@ -32,11 +34,17 @@ def _show_together(found: PresentedPool) -> None:
     show_table("", [*GAP_HEADS, "by itself"], found.gaps)
 
 
+def _without_empty(heads: Sequence[str], rows: Sequence[Row]) -> tuple[list[str], list[list[str]]]:
+    """Heads and rows without the columns that are empty throughout, such as alternatives where there are none."""
+    kept = [k for k in range(len(heads)) if any(row[k] for row in rows)]
+    return [heads[k] for k in kept], [[row[k] for k in kept] for row in rows]
+
+
 def _show_diagnosis(found: PresentedDiagnosis) -> None:
     """Effects, gap, and the parts of the run."""
     rows = [(one.name, ", ".join(one.alternatives), *cells(row)) for one in found.causes for row in one.parameters]
     if rows:
-        show_table("missing effects", ["effect", "or", *PARAMETER_HEADS], rows, numbers=False)
+        show_table("missing effects", *_without_empty(["effect", "or", *PARAMETER_HEADS], rows), numbers=False)
     show_table("", GAP_HEADS, found.gaps)
     if found.parts:
         show_table("size of the gap over time", PART_HEADS, found.parts)

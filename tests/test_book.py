@@ -97,6 +97,8 @@ def test_logo_and_badges_are_as_drawn_and_true() -> None:
     assert f"Python {' to '.join(artwork.TESTED)}" in readme
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     assert project["requires-python"] == f">={artwork.TESTED[0]}"
+    workflow = (ROOT / ".github" / "workflows" / "ci.yml").read_text(encoding="utf-8")
+    assert f"python: {json.dumps(artwork.TESTED)}" in workflow
 
 
 @pytest.mark.parametrize("kind", ["diagnose", "bound", "calibrations"])

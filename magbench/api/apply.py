@@ -72,7 +72,7 @@ def apply_file(
     and after beside `out`, with the ending .html.
     Returns the calibrator, the number of samples, a warning where the calibration is not ok, the strength's mean and
     standard deviation before and after with the answer in words, and the page. Raises InputError for unusable files,
-    and for an `out` equal to its source.
+    for an `out` equal to its source, and for a page that would replace a file of another origin.
 
     >>> import magbench
     >>> made = magbench.simulate("tumble", "data", overrides=["phases.0.duration_s=60"])
@@ -85,12 +85,12 @@ def apply_file(
 
     read = reading_from(data, maps, reading)
     place, log, place_out = path_of(calibration), path_of(data), Path(out)
+    if page:
+        from reports.outputs.correction import check_page, write_correction_page  # here: loads what draws
+
+        check_page(place_out)
     applied = corrected_file(place, log, place_out, name=name, run=run, reading=read)
     shown = PresentedCorrection.of(applied, place, log, place_out)
     told = applied.summary() | {"strength": {name: one.summary() for name, one in shown.changes.items()}}
     told |= {"answer": shown.answer}
-    if not page:
-        return told
-    from reports.outputs.correction import write_correction_page  # here: pictures take longer than the correction
-
-    return told | {"page": str(write_correction_page(shown, applied))}
+    return told | ({"page": str(write_correction_page(shown, applied))} if page else {})

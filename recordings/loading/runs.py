@@ -61,7 +61,8 @@ class RunSet:
     def __repr__(self) -> str:
         """Return one line: runs, samples and columns."""
         samples = sum(place.rows for place in self.places)
-        return f"RunSet: {len(self)} runs, {samples} samples, {len(self.columns)} columns of {self.path}"
+        runs = "1 run" if len(self) == 1 else f"{len(self)} runs"
+        return f"RunSet: {runs}, {samples} samples, {len(self.columns)} columns of {self.path}"
 
     @overload
     def __getitem__(self, index: int) -> LoadedRun: ...

@@ -139,12 +139,12 @@ def draw_ranking(found: PresentedDiagnosis) -> Figure:
     figure, axis = panels(0.26 * max(len(rows), 2) + 0.9)
     for y, one in enumerate(rows):
         bar = axis.barh(y, one.nats, color=colour.get(one.name, RAW))
-        axis.bar_label(bar, [f"{one.evidence.strength:.2g} sigma"], padding=3, fontsize=8, color=SOFT)
+        axis.bar_label(bar, [f"{one.evidence.strength:.2g} x noise"], padding=3, fontsize=8, color=SOFT)
         axis.plot(one.needed, y, "|", color=SOFT, markersize=10)
     axis.set_yticks(range(len(rows)), [one.name for one in rows])
     axis.set_xscale("symlog", linthresh=5)
     axis.margins(x=0.12)
-    axis.set_xlabel("evidence on held-out data (nats); tick: evidence needed")
+    axis.set_xlabel("evidence on held-out data (nats); tick: evidence needed; number: rms of the effect")
     return figure
 
 

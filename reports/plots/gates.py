@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
+from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, ScalarFormatter
 
 from reports.palette import INK, LINES, RAW
 from reports.plots.style import WIDTH_IN
@@ -23,6 +23,7 @@ def draw_gate_course(outcome: GateOutcome) -> Figure:
     _draw_values(values, outcome)
     _draw_evidence(evidence, outcome)
     evidence.set_xlabel("trials looked at")
+    evidence.xaxis.set_major_locator(MaxNLocator(integer=True))
     return figure
 
 
@@ -55,5 +56,5 @@ def _draw_evidence(axis: Any, outcome: GateOutcome) -> None:
         axis.plot(trial, log_evidence / needed, ".-", markersize=3, color=colour, label=label)
     axis.axhline(1.0, color=INK, linewidth=1.0, linestyle="--")
     axis.axhline(0.0, color=RAW, linewidth=0.6)
-    axis.set(ylim=(-1.2, 1.2), ylabel="ln of evidence / needed")
+    axis.set(ylim=(-1.2, 1.2), ylabel="log evidence / needed")
     axis.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.2)

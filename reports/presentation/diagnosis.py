@@ -50,7 +50,7 @@ class PresentedCause:
     def of(cls, cause: NamedEffect) -> Self:
         """Describe a named effect."""
         size = (
-            f"{figure(cause.strength, 2)} sigma, {figure(cause.nats)} nats"
+            f"{figure(cause.strength, 2)} times the noise, {figure(cause.nats)} nats"
             if cause.kind in FITTED and cause.nats
             else ""
         )

@@ -141,6 +141,20 @@ def test_what_it_is_made_from_is_not_overwritten(data: Path, tmp_path: Path, cap
         assert out.read_bytes() == before
 
 
+def test_a_page_of_another_command_is_not_overwritten(data: Path, tmp_path: Path, capsys) -> None:  # type: ignore[no-untyped-def]
+    calibration, page = tmp_path / "c.json", tmp_path / "report.html"
+    calibration.write_text(edited())
+    arguments = ["apply", str(calibration), str(data), "-o", str(tmp_path / "report.parquet")]
+    page.write_text("<title>tumble · magbench calibrate</title>")
+    assert main(arguments) == 2
+    assert f"{page}: is another command's page" in capsys.readouterr().err
+    assert not (tmp_path / "report.parquet").exists()
+    assert main([*arguments, "--no-page"]) == 0
+    page.unlink()
+    assert [main(arguments), main(arguments)] == [0, 0]
+    assert "magbench apply" in page.read_text(encoding="utf-8")
+
+
 def test_unknown_calibration(data: Path, tmp_path: Path, capsys) -> None:  # type: ignore[no-untyped-def]
     assert main(["calibrate", str(data), "--with", "sphere", "-o", str(tmp_path)]) == 0
     capsys.readouterr()

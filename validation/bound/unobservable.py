@@ -77,9 +77,9 @@ def _remedy(known: Experiment, bound: Bound) -> str:
         tried = {how.format(f"{angle_deg:g}"): _tilted(known, bound, axes, angle_deg) for how, axes in TILTS.items()}
         how = min(tried, key=lambda how: tried[how].offset_rms_nT)
         if observable(known, tried[how]):
-            return f"the same motion with the body {how}: {_size(bound)} becomes {_size(tried[how])}"
+            return f"the same motion with the body {how}: {_size(tried[how])} in place of {_size(bound)}"
     more = "which is not enough: fly longer, or give the method more knowledge of the field"
-    return f"the same motion with the body {how}: {_size(bound)} becomes {_size(tried[how])}, {more}"
+    return f"the same motion with the body {how}: {_size(tried[how])} in place of {_size(bound)}, {more}"
 
 
 def _tilted(known: Experiment, bound: Bound, axes: str, angle_deg: float) -> Bound:
@@ -90,4 +90,4 @@ def _tilted(known: Experiment, bound: Bound, axes: str, angle_deg: float) -> Bou
 
 def _size(bound: Bound) -> str:
     size = bound.offset_rms_nT
-    return f"the offset's {figure(size, 3)} nT" if np.isfinite(size) else "an undetermined offset"
+    return f"an offset error of {figure(size)} nT" if np.isfinite(size) else "an undetermined offset"

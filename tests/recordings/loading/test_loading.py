@@ -48,6 +48,8 @@ def test_runs_rows_and_parameters_are_the_files_own(data: RunSet, place: Path) -
     every = frames(place)
     assert len(data) == RUNS
     assert data.runs.tolist() == list(range(RUNS))
+    assert repr(data).startswith(f"RunSet: {RUNS} runs, ")
+    assert repr(data[:1]).startswith("RunSet: 1 run, ")
     for one in data:
         wanted = every[every["run"] == one.run]
         assert all(np.array_equal(one.columns[name], wanted[name]) for name in data.columns if name != "phase")

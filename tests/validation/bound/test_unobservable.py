@@ -40,7 +40,7 @@ def test_the_remedy_holds() -> None:
     known = of_motion("auv")
     (weak,) = weak_directions(known, Bound.of(known, "norm"))
     found = re.fullmatch(
-        r"the same motion with the body rolled by (\d+) .*becomes the offset's ([\d.]+) nT", weak.remedy
+        r"the same motion with the body rolled by (\d+) .*: an offset error of ([\d.]+) nT in place of .*", weak.remedy
     )
     assert found is not None, weak.remedy
     level = standard.attitude("auv", of_motion("auv", 1200).step_s.cumsum())
@@ -54,4 +54,4 @@ def test_a_level_turn_in_words(knowledge: str) -> None:
     known = level_turns()
     weak = weak_directions(known, Bound.of(known, knowledge))
     assert any("offset_z" in one.what for one in weak)
-    assert all("degrees" in one.why and "becomes" in one.remedy for one in weak)
+    assert all("degrees" in one.why and "in place of" in one.remedy for one in weak)
