@@ -12,14 +12,17 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+from hypothesis import strategies as st
 
-from tests.fuzz.contract import amounts, fuzz, hold
+from tests.fuzz.contract import amounts, answered, fuzz, hold
 from tests.fuzz.tables import Bytes, Damage, broken_bytes, damages
 from tests.fuzz.values import damaged_json
 from tests.validation.comparison.conftest import small
 from validation.comparison.journal import JOURNAL, Journal
+from validation.comparison.kept_columns import KEPT_COLUMNS
 from validation.comparison.sealed_lines import sealed, unsealed
 from validation.comparison.trial import Trial, TrialRow
+from validation.comparison.trial_columns import trials_in
 from validation.comparison.trial_table import TIMINGS, TRIALS, TrialTable
 
 CASES = 20
@@ -113,6 +116,41 @@ def test_values(whole: bool, finished: Finished, tmp_path: Path, times: int) -> 
         check(finished, tmp_path, name, lambda path: path.write_text(text, encoding="utf-8", errors="surrogateescape"))
 
     fuzz(damaged_json(known), case, CASES, times)
+
+
+@amounts
+@pytest.mark.parametrize("grown", [False, True], ids=["as it ended", "grown"])
+def test_kept_columns(grown: bool, tmp_path: Path, times: int) -> None:
+    """Whatever is damaged, the journal, its columns or both, every trial that is kept has the figures that it had."""
+    design, rng = small(), np.random.default_rng(6)
+    trials = [told(design.calibrators, run, rng) for run in range(8)]
+    journal = Journal.open(tmp_path, design.identity())
+    for trial in trials:
+        journal.add(trial)
+        if trial.run == 3 or not grown:
+            journal.columns(8)
+    files = {name: (tmp_path / name).read_bytes() for name in (JOURNAL, KEPT_COLUMNS)}
+
+    def kept() -> None:
+        again = Journal.open(tmp_path, design.identity())
+        assert all(one == trials[one.run] for one in again)
+        assert again.there == {(one.point, one.run) for one in again}
+        assert list(trials_in(again.columns(8))) == sorted(again, key=lambda one: one.run)
+        for trial in trials:
+            if (trial.point, trial.run) not in again.there:
+                again.add(trial)
+        assert list(trials_in(again.columns(8))) == trials
+        assert list(trials_in(Journal.open(tmp_path, design.identity()).columns(8))) == trials
+
+    def case(some: dict[str, Bytes]) -> None:
+        for name, content in files.items():
+            (tmp_path / name).write_bytes(some[name].to(content) if name in some else content)
+        if answered(kept):
+            return
+        first = files[JOURNAL].index(b"\n") + 1
+        assert (tmp_path / JOURNAL).read_bytes()[:first] != files[JOURNAL][:first]  # another identity is refused
+
+    fuzz(st.dictionaries(st.sampled_from(list(files)), broken_bytes, min_size=1), case, CASES, times)
 
 
 def test_a_bit_of_a_score(finished: Finished, tmp_path: Path) -> None:

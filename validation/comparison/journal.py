@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
@@ -15,17 +14,18 @@ import pyarrow as pa
 from recordings.files import atomic_write, canonical_json, system_errors_about, write_text
 from recordings.resume import differences
 from scenarios.errors import InputError
-from validation.comparison.sealed_lines import matches, sealed, unsealed
-from validation.comparison.trial import Trial, TrialRow
-from validation.comparison.trial_columns import SCHEMA, columns_in, in_order
+from validation.comparison.kept_columns import KEPT_COLUMNS, KeptColumns
+from validation.comparison.sealed_lines import matches, sealed
+from validation.comparison.trial import Trial
+from validation.comparison.trial_columns import SCHEMA, columns_in, in_order, trials_in
 from validation.text import counted
 
 JOURNAL = "journal.jsonl"
 COMPARISON = "comparison"
-KEY = re.compile(rb'\{"sha256":"\w+","point":(\d+),"run":(\d+),')
-"""Begin of a trial's line."""
 BLOCK_BYTES = 8 << 20
 """Text of a journal in memory at a time."""
+TRIALS_AT_A_TIME = 100
+"""Trials that are objects in memory at a time."""
 ELSEWHERE = "choose another output directory, or remove this one"
 
 
@@ -34,13 +34,20 @@ class Journal:
     """Trials of a comparison or gate run in a directory; the first line of the file is the identity.
 
     Every line begins with a checksum of the rest. A line that does not match (torn, damaged, or of a release without
-    checksums) is removed and the trial computed again, since design, seed and run determine a trial. The caller holds
-    `locked_directory`.
+    checksums) is removed and the trial computed again, since design, seed and run determine a trial. Each line is read
+    once: `KeptColumns` beside the file holds the trials of the lines that a process before this one has read. The
+    caller holds `locked_directory`.
     """
 
     path: Path
     there: set[tuple[int, int]] = field(default_factory=set)
     """(point, run) of every kept trial."""
+    _trials: pa.Table = field(default_factory=SCHEMA.empty_table, repr=False)
+    """Trials of the lines that were read, in order of completion."""
+    _end: int = 0
+    """Bytes of the file that were read."""
+    _kept: tuple[int, int] = (0, 0)
+    """Trials and bytes of these that `KeptColumns` holds."""
 
     @classmethod
     def open(
@@ -56,21 +63,27 @@ class Journal:
 
         of : purpose of the trials, the key of the first line. anew : drop a journal of a different identity instead of
         refusing. warn : gets a message about removed lines. Raises InputError for a journal of a different identity or
-        purpose, and for a damaged first line.
+        purpose, for a damaged first line, and for a line with a matching checksum that is no trial.
         """
         path = out / JOURNAL
         other = _difference(path, of, json.loads(canonical_json(identity))) if path.exists() else ""
         if other and not anew:
             raise InputError(f"holds another {of}: {other}", where=str(out), do=ELSEWHERE)
-        if other or not path.exists():
-            write_text(path, sealed(canonical_json({of: identity})).decode())
         journal = cls(path)
-        with system_errors_about(path):
-            removed = _remove_damaged_lines(path)
+        if other or not path.exists():
+            journal.columns_file.remove()
+            write_text(path, sealed(canonical_json({of: identity})).decode())
+        removed = journal._read()
         if removed:
             warn(f"{path}: {counted(removed, 'line')} damaged or without a matching checksum; computed again")
-        journal.there = set(_keys(path))
+        point, run = (journal._trials.column(name).to_pylist() for name in ("point", "run"))
+        journal.there = set(zip(point, run, strict=True))
         return journal
+
+    @property
+    def columns_file(self) -> KeptColumns:
+        """The trials that were read, beside the file."""
+        return KeptColumns(self.path.with_name(KEPT_COLUMNS))
 
     def add(self, trial: Trial) -> None:
         """Append a trial to the file."""
@@ -80,6 +93,7 @@ class Journal:
 
     def remove(self) -> None:
         """Delete the file and all kept trials."""
+        self.columns_file.remove()
         with system_errors_about(self.path):
             self.path.unlink()
         self.there.clear()
@@ -89,9 +103,12 @@ class Journal:
 
         Raises InputError for a line with a matching checksum that is no trial.
         """
-        with system_errors_about(self.path):
-            found = pa.concat_tables([SCHEMA.empty_table(), *map(columns_in, _blocks(self.path))])
-        return in_order(found, runs)
+        self._read_on()
+        trials, end = self._kept
+        if self._end > end:
+            self.columns_file.add(self._trials.slice(trials), self.path, end, self._end)
+            self._kept = len(self._trials), self._end
+        return in_order(self._trials, runs)
 
     @contextmanager
     def left_where_begun(self) -> Iterator[None]:
@@ -105,40 +122,35 @@ class Journal:
 
     def __iter__(self) -> Iterator[Trial]:
         """Yield every kept trial once, in order of completion."""
+        self._read_on()
         seen = set()
-        with self.path.open("rb") as file:
-            next(file)
-            for line in file:
-                trial = _read(line)
-                if trial is not None and (trial.point, trial.run) not in seen:
+        for first in range(0, len(self._trials), TRIALS_AT_A_TIME):
+            for trial in trials_in(self._trials.slice(first, TRIALS_AT_A_TIME)):
+                if (trial.point, trial.run) not in seen:
                     seen.add((trial.point, trial.run))
                     yield trial
 
+    def _read(self) -> int:
+        """Read all trials, from `KeptColumns` as far as they are there; remove damaged lines, return their number."""
+        with system_errors_about(self.path):
+            self._trials, self._end = self.columns_file.read(self.path)
+            self._kept = len(self._trials), self._end
+            start, removed = self._end, self._read_on()
+            if removed:
+                self._end = _remove_damaged_lines(self.path, start)
+        return removed
 
-def _keys(path: Path) -> Iterator[tuple[int, int]]:
-    """Yield (point, run) of every trial of a file without damaged lines, without reading the rest of the line."""
-    with path.open("rb") as file:
-        next(file)
-        for line in file:
-            found = KEY.match(line)
-            if found:
-                yield int(found[1]), int(found[2])
-
-
-def _blocks(path: Path) -> Iterator[bytes]:
-    """Yield the lines after the first that match their checksums, about BLOCK_BYTES at a time."""
-    with path.open("rb") as file:
-        next(file)
-        while lines := file.readlines(BLOCK_BYTES):
-            yield b"".join(line for line in lines if matches(line))
-
-
-def _read(line: bytes) -> Trial | None:
-    """Return the trial of a line, None for a line that does not match its checksum."""
-    data = unsealed(line)
-    if data is None:
-        return None
-    return Trial(data["point"], data["run"], tuple(TrialRow(**row) for row in data["rows"]))
+    def _read_on(self) -> int:
+        """Read the trials of the lines after those that were read; return the number of lines that are damaged."""
+        damaged = 0
+        with system_errors_about(self.path), self.path.open("rb") as file:
+            file.seek(self._end)
+            while lines := file.readlines(BLOCK_BYTES):
+                whole = [line for line in lines if matches(line)]
+                damaged += len(lines) - len(whole)
+                self._trials = pa.concat_tables([self._trials, columns_in(b"".join(whole))])
+            self._end = file.tell()
+        return damaged
 
 
 def _difference(path: Path, of: str, identity: dict[str, Any]) -> str:
@@ -155,12 +167,9 @@ def _difference(path: Path, of: str, identity: dict[str, Any]) -> str:
         raise other from None
 
 
-def _remove_damaged_lines(path: Path) -> int:
-    """Write the file again without the lines that do not match their checksum; return their number."""
-    with path.open("rb") as file:
-        first, *lines = file
-    kept = [line for line in lines if matches(line)]
-    if len(kept) < len(lines):
-        with atomic_write(path) as part:
-            part.write_bytes(b"".join([first, *kept]))
-    return len(lines) - len(kept)
+def _remove_damaged_lines(path: Path, start: int) -> int:
+    """Write the file again without the lines past `start` that do not match their checksum; return its length."""
+    with path.open("rb") as file, atomic_write(path) as part, part.open("wb") as into:
+        into.write(file.read(start))
+        into.writelines(line for line in file if matches(line))
+        return into.tell()

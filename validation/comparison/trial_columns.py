@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict
 
 import numpy as np
@@ -10,7 +10,7 @@ import pyarrow as pa
 import pyarrow.json as arrow_json
 
 from scenarios.errors import InputError
-from validation.comparison.trial import Trial
+from validation.comparison.trial import Trial, TrialRow
 from validation.scoring.definitions import SCORE_DEFINITIONS
 
 COLUMNS = tuple(meaning.column for meaning in SCORE_DEFINITIONS.values())
@@ -29,6 +29,13 @@ SCHEMA = pa.schema({"point": pa.int64(), "run": pa.int64(), "rows": pa.list_(_RO
 def columns_of(trials: Iterable[Trial]) -> pa.Table:
     """Return trials in memory as a table of SCHEMA."""
     return pa.Table.from_pylist([asdict(trial) for trial in trials], SCHEMA)
+
+
+def trials_in(trials: pa.Table) -> Iterator[Trial]:
+    """Yield the trials of a table of SCHEMA, without the scores that are missing."""
+    for one in trials.to_pylist():
+        rows = [row | {"scores": {k: v for k, v in row["scores"].items() if v is not None}} for row in one["rows"]]
+        yield Trial(one["point"], one["run"], tuple(TrialRow(**row) for row in rows))
 
 
 def columns_in(lines: bytes) -> pa.Table:
