@@ -10,7 +10,7 @@ import numpy as np
 from calib.numerics.rates import body_rate, smoothed_derivative
 from diagnosis.policy import Policy
 from diagnosis.problem.iron_fit import fit_iron
-from diagnosis.problem.level import Dip, Level, dip_rad, upright
+from diagnosis.problem.level import LEAST_LEVEL, Dip, Level, dip_rad, upright
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.problem.model_effects import pose_without_model_effects
 from diagnosis.problem.rates import course, measured
@@ -233,5 +233,5 @@ def _axes(field: Array, second: Array) -> Array:
     """Right-handed unit vectors (n, 3, 3), as rows: along fields (n, 3), and towards second vectors."""
     first = field / np.linalg.norm(field, axis=1, keepdims=True)
     third = np.cross(first, second)
-    third /= np.linalg.norm(third, axis=1, keepdims=True)
+    third /= np.maximum(np.linalg.norm(third, axis=1, keepdims=True), LEAST_LEVEL)
     return np.stack([first, np.cross(third, first), third], axis=1)
