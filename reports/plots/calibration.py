@@ -28,7 +28,7 @@ def draw_strength_before_after(
     both.set_ylabel("µT")
     both.set_title("strength")
     legend_at_right(both)
-    after.plot(time, thin[:, 1] - strength_nT, color=LINES[0])
+    after.plot(time, thin[:, 1] - strength_nT, color=LINES[0], label="corrected")
     after.axhline(0.0, color=INK, linewidth=0.7, linestyle="--")
     after.set_ylabel("nT")
     after.set_title(f"corrected strength minus {reference}")

@@ -8,13 +8,12 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from reports.palette import INK, LINES, RAW, SOFT
-from reports.plots.style import legend_at_right, panels
+from reports.plots.style import DASHES, legend_at_right, panels
 from scenarios.arrays import Array
 from validation.comparison.statistics import Interval, mean_ranks, median
 from validation.comparison.trial_table import TrialTable
 from validation.scoring.definitions import ScoreDefinition
 
-DASHES = ("-", "--", ":", "-.")
 DECADE = 10.0
 BOX = (5, 25, 50, 75, 95)
 """Percentiles that a calibrator's distribution is drawn by: whiskers, box, median."""

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter
 
 from reports.palette import AFTER, BEFORE, RAW, SOFT
 from reports.plots.style import clip_outliers, panels, time_scale
@@ -13,6 +14,7 @@ from reports.presentation.diagnosis import PresentedDiagnosis
 from reports.presentation.series import GapSeries, block_length, block_means
 from scenarios.arrays import Array
 from validation.signals.thinning import every_nth
+from validation.text import plainly
 
 FINE, COARSE, MOST_POINTS = 1500, 200, 4000
 """Points of the pale and of the bold lines over time, and of a cloud."""
@@ -65,9 +67,10 @@ def draw_map(found: PresentedDiagnosis) -> Figure:
     assert path.pos_m is not None
     path_m = pos_m[every_nth(len(pos_m), MOST_POINTS)]
     planes = _planes(path_m)
-    figure, axes = panels(3.6 * len(planes) + 0.2, len(planes), 2, sharex="row", sharey="row", squeeze=False)
-    sizes = {side: np.linalg.norm(gap, axis=1) for side, gap in path.gap.sides.items()}
-    most = max(float(np.nanquantile(sizes["before"], 0.98)), 1e-9)
+    sizes = {label: np.linalg.norm(path.gap.sides[side], axis=1) for side, _, label in _sides(*path.gap.sides.values())}
+    size_in = 3.6 * len(planes) + 0.2
+    figure, axes = panels(size_in, len(planes), len(sizes), sharex="row", sharey="row", squeeze=False)
+    most = max(float(np.nanquantile(next(iter(sizes.values())), 0.98)), 1e-9)
     for plane, row in zip(planes, axes, strict=True):
         for axis, (side, size) in zip(row, sizes.items(), strict=True):
             axis.plot(*path_m[:, plane].T, color=RAW, linewidth=0.4, zorder=1)
@@ -127,7 +130,7 @@ def draw_channel(found: PresentedDiagnosis) -> Figure:
             axis.plot(*_binned(channel, component), color=colour, linewidth=2.0, label=label)
         axis.set_xlabel(name)
     axes[0].set_ylabel(f"{series.outputs[output]} (nT)")
-    axes[0].legend()
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
     return figure
 
 
@@ -143,6 +146,7 @@ def draw_ranking(found: PresentedDiagnosis) -> Figure:
         axis.plot(one.needed, y, "|", color=SOFT, markersize=10)
     axis.set_yticks(range(len(rows)), [one.name for one in rows])
     axis.set_xscale("symlog", linthresh=5)
+    axis.xaxis.set_major_formatter(FuncFormatter(lambda value, _: plainly(value)))
     axis.margins(x=0.12)
     axis.set_xlabel("evidence on held-out data (nats); tick: evidence needed; number: rms of the effect")
     return figure

@@ -10,7 +10,15 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
 from reports.palette import INK, LINES, RAW, XYZ
-from reports.plots.style import WIDTH_IN, clip_outliers, draw_lines, draw_phase_bands, label_time_axis, panels
+from reports.plots.style import (
+    WIDTH_IN,
+    clip_outliers,
+    draw_lines,
+    draw_phase_bands,
+    label_time_axis,
+    legend_at_right,
+    panels,
+)
 from reports.text.outcome import rms_length
 from scenarios.arrays import Array
 from validation.scoring.outcome import Outcome
@@ -78,7 +86,7 @@ def _wire_sphere(axis: Any, radius: float, reach: float) -> None:
     axis.set_box_aspect((1, 1, 1), zoom=0.85)
     axis.set(xlabel="x (µT)", ylabel="y (µT)", zlabel="z (µT)")
     axis.tick_params(labelsize=7, pad=-2)
-    axis.locator_params(nbins=4)
+    axis.locator_params(nbins=4, prune="both")  # ticks of two axes meet at a corner
     for side in (axis.xaxis, axis.yaxis, axis.zaxis):
         side.labelpad = -7
 
@@ -90,8 +98,7 @@ def draw_norm(outcome: Outcome) -> Figure:
     axes = [whole, zoom]
     _draw_strengths(whole, outcome, strengths)
     _draw_errors(zoom, outcome, strengths)
-    for axis in axes if strengths else [whole]:
-        axis.legend(reverse=axis is zoom, loc="center left", bbox_to_anchor=(1.0, 0.5))
+    legend_at_right(whole)
     draw_phase_bands(axes, outcome)
     label_time_axis(zoom, outcome)
     return figure
@@ -100,8 +107,8 @@ def draw_norm(outcome: Outcome) -> Figure:
 def _draw_strengths(axis: Any, outcome: Outcome, strengths: dict[str, Array]) -> None:
     """Draw raw, corrected and true strength."""
     draw_lines(axis, outcome, _strength(outcome.recording.mag_nT), (RAW,), labels=("raw",))
-    for strength_nT, colour in reversed(list(zip(strengths.values(), LINES, strict=False))):
-        draw_lines(axis, outcome, strength_nT, (colour,), alpha=0.8)
+    for (name, strength_nT), colour in reversed(list(zip(strengths.items(), LINES, strict=False))):
+        draw_lines(axis, outcome, strength_nT, (colour,), labels=(name,), alpha=0.8)
     draw_lines(axis, outcome, _strength(outcome.truth.field_nT), (INK,), labels=("truth",), linestyle=(0, (5, 3)))
     axis.set_ylabel("field strength (nT)")
 

@@ -38,11 +38,15 @@ STEPS_A_SPAN, STEPS_A_VALUE = 2e4, 1e4
 pixels wide, and a logarithmic axis shows values of every size."""
 PLAIN_TICKS = 6
 """Powers of ten below which tick labels have all their digits: never "20k" or "100µ" beside a unit."""
+LEAST_PLAIN = 1e-4
+"""Lower end of a logarithmic axis whose ticks have all their digits."""
 FEW_DECADES = 1.3
 """Span of a logarithmic axis, in decades, below which ticks between the powers of ten have labels too."""
 DASHES = {"-": "solid", "--": "dash", ":": "dot", "-.": "dashdot"}
 MARKERS = {"o": "circle", ".": "circle", "|": "line-ns-open", "_": "line-ew-open"}
 """Plotly's symbol for each matplotlib marker in use."""
+Look = tuple[str, str]
+"""Colour and dash of a line, by which a legend names the lines without a label of their own."""
 WORD = re.compile(r"[A-Za-z]")
 """First character of a tick label that is not a number."""
 
@@ -77,10 +81,9 @@ def interactive(figure: Figure) -> Plot:
     if len(axes) > 1 and (engine := figure.get_layout_engine()):  # a single panel takes the whole place
         engine.execute(figure)
     plot = Plot(layout=_figure_layout(figure))
-    names = dict(_named_colours(figure))
     for number, axis in enumerate(axes, start=1):
         _add_axes(plot, axis, number, axes)
-        _add_artists(plot, axis, number, names)
+        _add_artists(plot, axis, number, dict(_named_looks([*figure.legends, axis.get_legend()])))
     _name_each_once(plot.data)
     return plot
 
@@ -99,6 +102,7 @@ def _figure_layout(figure: Figure) -> dict[str, Any]:
         "font": {"size": 11, "color": matplotlib.rcParams["text.color"], "family": "system-ui, sans-serif"},
         "legend": {"orientation": "h", "yref": "container", "yanchor": "bottom", "y": 0, "x": 0},
         "hovermode": "closest",
+        "separators": ".",  # no sign between thousands, as in the page's texts
         "plot_bgcolor": "rgba(0,0,0,0)",
         "shapes": [],
         "annotations": [],
@@ -153,8 +157,7 @@ def _axis(one: Any, limits: tuple[float, float]) -> dict[str, Any]:
         "showticklabels": any(tick.label1.get_visible() for tick in one.get_major_ticks()[:1]),
         "gridcolor": matplotlib.rcParams["grid.color"],
         "zeroline": False,
-        "exponentformat": "power",
-        "minexponent": PLAIN_TICKS,
+        **_tick_numbers(scale, limits),
     }
     words = [_escaped(label.get_text()) for label in one.get_ticklabels()]
     if any(WORD.match(word) for word in words):
@@ -168,6 +171,12 @@ def _scaled(scale: str, limits: Array) -> dict[str, Any]:
     return {"type": scale, "range": [_short(v) for v in limits], **labels}
 
 
+def _tick_numbers(scale: str, limits: tuple[float, float]) -> dict[str, Any]:
+    """Return how ticks are written: all digits up to a million, powers of ten beyond."""
+    plain = scale == "log" and LEAST_PLAIN <= min(limits) and max(limits) <= 10.0**PLAIN_TICKS
+    return {"exponentformat": "none"} if plain else {"exponentformat": "power", "minexponent": PLAIN_TICKS}
+
+
 def _title(text: str, number: int) -> dict[str, Any]:
     """Return the annotation of a panel's title, above the panel's upper left corner."""
     place = {"x": 0, "y": 1, "xref": f"{_ref('x', number)} domain", "yref": f"{_ref('y', number)} domain"}
@@ -175,16 +184,19 @@ def _title(text: str, number: int) -> dict[str, Any]:
     return {"text": f"<b>{_escaped(text)}</b>", **place, **look}
 
 
-def _named_colours(figure: Figure) -> Iterator[tuple[str, str]]:
-    """Yield each line colour in the legends of the figure and its panels, with its label."""
-    legends = [*figure.legends, *(axis.get_legend() for axis in figure.axes)]
+def _named_looks(legends: Iterable[Legend | None]) -> Iterator[tuple[Look, str]]:
+    """Yield colour and dash of each line in the legends of the figure and of a panel, with the line's label."""
     for legend in filter(None, legends):
         for handle, text in zip(legend.legend_handles, legend.get_texts(), strict=True):
             if isinstance(handle, Line2D):
-                yield to_hex(handle.get_color()), text.get_text()
+                yield _look(handle), text.get_text()
 
 
-def _add_artists(plot: Plot, axis: Any, number: int, names: dict[str, str]) -> None:
+def _look(line: Line2D) -> Look:
+    return to_hex(line.get_color()), _dash(line)
+
+
+def _add_artists(plot: Plot, axis: Any, number: int, names: dict[Look, str]) -> None:
     """Add every artist of a panel as a trace, a shape or an annotation, the rearmost first."""
     where = {"xaxis": _ref("x", number), "yaxis": _ref("y", number)}
     for artist in sorted(_drawn(axis), key=Artist.get_zorder):
@@ -208,7 +220,7 @@ def _drawn(axis: Any) -> Iterator[Any]:
             yield artist
 
 
-def _trace(artist: Any, axis: Any, names: dict[str, str]) -> dict[str, Any]:
+def _trace(artist: Any, axis: Any, names: dict[Look, str]) -> dict[str, Any]:
     """Convert an artist in data coordinates to a trace; raises NotInteractive where plotly has no counterpart."""
     kind = type(artist)
     # compared by identity: by value, axes of limits 0 to 1 have data = axes coordinates
@@ -242,9 +254,9 @@ def _single(artist: Any, values: Any) -> Any:
     return values[0]
 
 
-def _line(line: Any, names: dict[str, str]) -> dict[str, Any]:
-    colour, label = to_hex(line.get_color()), str(line.get_label())
-    name = names.get(colour, "") if label.startswith("_") else label
+def _line(line: Any, names: dict[Look, str]) -> dict[str, Any]:
+    (colour, dash), label = _look(line), str(line.get_label())
+    name = names.get((colour, dash), "") if label.startswith("_") else label
     x, y = (_rounded(values) for values in line.get_data(orig=False))
     marker = line.get_marker()
     marked = marker not in ("None", "", " ", None)
@@ -258,7 +270,7 @@ def _line(line: Any, names: dict[str, str]) -> dict[str, Any]:
         "y": y,
         "name": _escaped(name),
         "opacity": line.get_alpha() or 1.0,
-        "line": {"color": colour, "width": 1.2 * line.get_linewidth(), "dash": _dash(line)},
+        "line": {"color": colour, "width": 1.2 * line.get_linewidth(), "dash": dash},
         "marker": {"color": colour, "size": 1.3 * line.get_markersize(), "symbol": MARKERS.get(marker, "circle")},
         "connectgaps": False,
     }
@@ -381,15 +393,14 @@ def _annotation_value(value: float, scale: str, of: str) -> float:
     return _short(np.log10(value) if of == "data" and scale == "log" else value)
 
 
-def _name_each_once(data: Iterable[dict[str, Any]]) -> None:
-    """Group the traces of each name, to toggle together with a single entry in the legend."""
-    seen = set[str]()
+def _name_each_once(data: Sequence[dict[str, Any]]) -> None:
+    """Group the traces of each name, to toggle together with a single entry in the legend: of the least pale trace."""
+    shown = {trace["name"]: trace for trace in sorted(reversed(data), key=lambda trace: float(trace["opacity"]))}
     for trace in data:
         name = trace["name"]
-        trace |= {"showlegend": bool(name) and name not in seen, "legendgroup": name or None}
+        trace |= {"showlegend": bool(name) and shown[name] is trace, "legendgroup": name or None}
         if not name:
             trace |= {"hoverinfo": "x+y"}
-        seen.add(name)
 
 
 def _rounded(values: Any) -> list[float | None]:

@@ -89,10 +89,11 @@ def draw_vehicle(outcome: Outcome) -> Figure:
 
 def _vehicle_rows(outcome: Outcome) -> list[_Row]:
     """Return the recorded quantities of the vehicle, a row each."""
-    recording, attitude = outcome.recording, euler_deg(outcome.truth.q)
+    recording, (yaw, pitch, roll) = outcome.recording, euler_deg(outcome.truth.q).T
+    yaw, roll = (np.unwrap(angle, period=360) for angle in (yaw, roll))
     rows = [
-        _Row("yaw, unwrapped (°)", np.unwrap(attitude[:, 0], period=360), XYZ[:1]),
-        _Row("pitch, roll (°)", attitude[:, 1:], XYZ[1:], ("pitch", "roll")),
+        _Row("yaw, unwrapped (°)", yaw, XYZ[:1]),
+        _Row("pitch, roll (°)", np.column_stack([pitch, roll]), XYZ[1:], ("pitch", "roll")),
     ]
     if recording.temperature_degC is not None:
         rows.append(_Row("temperature (°C)", recording.temperature_degC, XYZ[1:2]))

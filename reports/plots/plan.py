@@ -30,7 +30,7 @@ def draw_angles(plan: Plan) -> Figure:
     manoeuvre, length_s = plan.task.manoeuvre, plan.time_s
     R = manoeuvre.attitudes(plan.choice.phase, 0.0, length_s, length_s / STEPS).as_matrix()
     time_s = np.linspace(0.0, length_s, len(R))
-    yaw, roll = np.unwrap(np.arctan2(R[:, 1, 0], R[:, 0, 0])), np.arctan2(R[:, 2, 1], R[:, 2, 2])
+    yaw, roll = (np.unwrap(np.arctan2(*of)) for of in ((R[:, 1, 0], R[:, 0, 0]), (R[:, 2, 1], R[:, 2, 2])))
     angles = np.degrees(np.column_stack([yaw, np.arcsin(np.clip(-R[:, 2, 0], -1.0, 1.0)), roll]))
     for axis, values, name, colour in zip(axes, angles.T, ("yaw", "pitch", "roll"), XYZ, strict=True):
         axis.plot(time_s, values, color=colour)

@@ -20,6 +20,8 @@ from validation.signals.thinning import envelope
 from validation.text import digits
 
 WIDTH_IN = 11.0
+DASHES = ("-", "--", ":", "-.")
+"""Lines of one colour, in order."""
 SVG_POINTS = 10_000
 """Points of the lines of a picture that may become SVG."""
 SVG_BYTES = 60_000
@@ -135,7 +137,8 @@ def draw_lines(axis: Any, outcome: Outcome, values: Array, colours: tuple[str, .
     columns = thin[:, None] if thin.ndim == 1 else thin
     labels = style.pop("labels", (None,) * columns.shape[1])
     for k in range(columns.shape[1]):
-        axis.plot(time, columns[:, k], color=colours[k % len(colours)], label=labels[k], **style)
+        look = {"color": colours[k % len(colours)], "linestyle": DASHES[k // len(colours) % len(DASHES)]} | style
+        axis.plot(time, columns[:, k], label=labels[k], **look)
 
 
 def label_time_axis(axis: Any, outcome: Outcome) -> None:

@@ -39,10 +39,33 @@ def test_every_line_keeps_its_points_and_panel():
     assert plot["layout"]["yaxis"]["domain"][0] > plot["layout"]["yaxis2"]["domain"][1]
 
 
-def test_lines_of_a_legends_colour_toggle_together_and_are_named_once():
-    sine, cosine, double = interactive(two_panels()).data
-    assert sine["legendgroup"] == double["legendgroup"] == "sine"
-    assert (sine["showlegend"], double["showlegend"], cosine["showlegend"]) == (True, False, False)
+def test_lines_of_the_figures_legend_toggle_together_and_are_named_once_by_the_boldest():
+    figure = two_panels()
+    above, below = figure.axes
+    above.get_legend().remove()
+    above.lines[0].set_alpha(0.3)
+    figure.legend(above.lines[:1], ["sine"])
+    (pale, cosine, bold) = interactive(figure).data
+    assert pale["legendgroup"] == bold["legendgroup"] == "sine"
+    assert (pale["showlegend"], bold["showlegend"], cosine["showlegend"]) == (False, True, False)
+
+
+def test_a_panels_legend_names_no_line_of_another_panel_nor_of_another_dash():
+    figure = two_panels()
+    figure.axes[0].plot(X, X, color="#0072b2", linestyle="--")
+    named = [trace["name"] for trace in interactive(figure).data]
+    assert named == ["sine", "", "", ""]
+
+
+def test_thousands_have_no_comma_and_ticks_up_to_a_million_all_their_digits():
+    figure = Figure()
+    few, many = figure.subplots(1, 2)
+    few.semilogx([0.01, 1e6], [0.0, 54_000.0])
+    few.set_xlim(0.01, 1e6)
+    many.semilogx([1.0, 1e9], [0.0, 1.0])
+    layout = interactive(figure).layout
+    assert layout["separators"] == "."
+    assert [layout[axis]["exponentformat"] for axis in ("xaxis", "xaxis2")] == ["none", "power"]
 
 
 def test_bands_and_lines_across_a_panel_are_shapes():
