@@ -173,7 +173,7 @@ def _scaled(scale: str, limits: Array) -> dict[str, Any]:
 
 def _tick_numbers(scale: str, limits: tuple[float, float]) -> dict[str, Any]:
     """Return how ticks are written: all digits up to a million, powers of ten beyond."""
-    plain = scale == "log" and LEAST_PLAIN <= min(limits) and max(limits) <= 10.0**PLAIN_TICKS
+    plain = scale == "log" and min(limits) >= LEAST_PLAIN and max(limits) <= 10.0**PLAIN_TICKS
     return {"exponentformat": "none"} if plain else {"exponentformat": "power", "minexponent": PLAIN_TICKS}
 
 
@@ -395,7 +395,9 @@ def _annotation_value(value: float, scale: str, of: str) -> float:
 
 def _name_each_once(data: Sequence[dict[str, Any]]) -> None:
     """Group the traces of each name, to toggle together with a single entry in the legend: of the least pale trace."""
-    shown = {trace["name"]: trace for trace in sorted(reversed(data), key=lambda trace: float(trace["opacity"]))}
+    shown: dict[str, dict[str, Any]] = {}
+    for trace in sorted(data, key=lambda trace: -float(trace["opacity"])):
+        shown.setdefault(trace["name"], trace)
     for trace in data:
         name = trace["name"]
         trace |= {"showlegend": bool(name) and shown[name] is trace, "legendgroup": name or None}

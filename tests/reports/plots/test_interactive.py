@@ -41,7 +41,7 @@ def test_every_line_keeps_its_points_and_panel():
 
 def test_lines_of_the_figures_legend_toggle_together_and_are_named_once_by_the_boldest():
     figure = two_panels()
-    above, below = figure.axes
+    above = figure.axes[0]
     above.get_legend().remove()
     above.lines[0].set_alpha(0.3)
     figure.legend(above.lines[:1], ["sine"])
