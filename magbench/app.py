@@ -41,6 +41,12 @@ EPILOG = (
 )
 
 
+HELP_WIDTH = 120
+"""Columns of a help text at most, where the terminal is wider."""
+WRAPPED = "Value error, "
+"""What typer puts before the message of a choice."""
+
+
 class SingleValueCommand(TyperCommand):
     """A command that refuses a repeated option of a single value; otherwise the last value would win silently."""
 
@@ -59,6 +65,7 @@ app = typer.Typer(
     epilog=EPILOG,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
+    context_settings={"max_content_width": HELP_WIDTH},
 )
 COMMANDS: dict[str, Callable[..., None]] = {
     "run": run.command,
@@ -132,7 +139,7 @@ def _in_words(error: Exception) -> str:
 
     match error:
         case typer.TyperException():
-            return error.format_message()
+            return error.format_message().replace(WRAPPED, "")
         case InputError():
             return str(error)
         case UnicodeEncodeError(encoding="utf-8"):

@@ -47,8 +47,8 @@ messages = Console(stderr=True, soft_wrap=True, highlight=False, emoji=False)
 
 
 def say(text: str) -> None:
-    """A line for people, on standard error."""
-    messages.print(text, markup=False)
+    """A line for people, on standard error; a terminal gets it broken between words, a file whole."""
+    messages.print(text, markup=False, soft_wrap=not messages.is_terminal)
 
 
 def warn(text: str) -> None:

@@ -26,7 +26,7 @@ def command(
     page: Annotated[bool, typer.Option(help="Also a page beside the recording, with the ending .html.")] = True,
     json: Json = False,
 ) -> None:
-    """Correct a recording with an earlier calibration; the magnetometer's columns are replaced.
+    """Correct a recording with an earlier calibration. The magnetometer's columns are replaced.
 
     Of tolles_lawson the column scalar_nT is replaced.
 

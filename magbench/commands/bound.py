@@ -88,7 +88,9 @@ def command(
     out: Report = None,
     json: Json = False,
 ) -> None:
-    """Compute the Cramer-Rao bound: the least errors of offset, matrix and heading, and what is not observable.
+    """Compute the least errors that any method can reach.
+
+    The Cramer-Rao bound of offset, matrix and heading, and what is not observable.
 
     Example: magbench bound auv-spiral --what-if roll_amplitude_deg=0:30:5
     """

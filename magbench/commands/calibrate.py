@@ -82,7 +82,7 @@ def command(
     others: AskOthers = False,
     json: Json = False,
 ) -> None:
-    """Calibrate a recording; print how good the result is, offset and matrix; by default by sphere and ellipsoid.
+    """Calibrate a recording, and tell how good the result is. By default by sphere and ellipsoid.
 
     A level turn is calibrated by planar too, a log with x and y alone by planar, and one with varying motor currents,
     throttle or temperature by motor_ellipsoid too.

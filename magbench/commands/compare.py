@@ -49,7 +49,7 @@ def command(
     out: Out = None,
     json: Json = False,
 ) -> None:
-    """Compare calibrators over many trials of a scenario; repeat the command to resume or to add trials.
+    """Compare calibrators over many trials of a scenario. Repeat the command to resume or to add trials.
 
     The calibrators are those of --with and --exec, else the scenario's.
 

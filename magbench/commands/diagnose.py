@@ -76,7 +76,9 @@ def command(
     out: Annotated[Path | None, typer.Option("--out", "-o", help="Output directory.  [default: out/diagnosis]")] = None,
     json: Json = False,
 ) -> None:
-    """Find where a recording and a model disagree, name the missing effect, show that the gap shrinks.
+    """Name the effects that the model of a recording misses.
+
+    Shown are where both disagree, and how much less with the effects in the model.
 
     Several recordings are diagnosed together: effects with common coefficients, effects whose coefficients differ, and
     effects of a single recording. The sensors of an array are diagnosed each, and compared; --sensor 2 selects a

@@ -57,7 +57,7 @@ def command(
     init: Init = None,
     json: Json = False,
 ) -> None:
-    """Hold calibrators to the limits of a file; trials are looked at one by one, until every gate is decided.
+    """Hold calibrators to the limits of a file. Trials are looked at one by one, until every gate is decided.
 
     Status 1 where a gate failed; one that is left undecided is a warning, or with --strict status 1 too.
 

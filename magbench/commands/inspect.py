@@ -25,7 +25,9 @@ def command(
     full: Annotated[bool, typer.Option("--full", help="Print every finding, those in order too.")] = False,
     json: Json = False,
 ) -> None:
-    """Report rates, units, motion, noise and faults of a recording, and the calibrations it suffices for.
+    """Tell what a recording suffices for, and what is wrong in it.
+
+    Looked at are rates, units, frames, motion, noise and faults.
 
     Example: magbench inspect log.csv --map time_s=t,unit=ms --map mag_x_nT=bx,unit=uT -o out/look
     """

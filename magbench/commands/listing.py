@@ -26,7 +26,7 @@ def command(
     name: Annotated[str | None, typer.Argument(help="A calibrator, whose options are listed.")] = None,
     json: Json = False,
 ) -> None:
-    """List scenarios, effects, calibrators, vehicles or sensors with a line each; of a calibrator, its options.
+    """List scenarios, effects, calibrators, vehicles or sensors. Of a calibrator, its options.
 
     Example: magbench list calibrators ml_geometric
     """

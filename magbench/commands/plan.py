@@ -76,7 +76,7 @@ def command(
     out: PlanOut = None,
     json: Json = False,
 ) -> None:
-    """Plan the manoeuvre that calibrates a vehicle best in a time, or the shortest that is good enough; fly it.
+    """Plan the manoeuvre that calibrates a vehicle best in a time. Or the shortest that is good enough; fly it.
 
     The manoeuvre is written as a scenario for `run`, and compared with the limit of all motions within its tilts.
 

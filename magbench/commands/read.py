@@ -28,8 +28,9 @@ def command(
     out: Annotated[Path | None, typer.Option("--out", "-o", help="The recording, .parquet or .csv.")] = None,
     json: Json = False,
 ) -> None:
-    """Read a log and show what was found: magnetometers, rates, frame, place, calibration in force, columns.
+    """Read a log and show what was found.
 
+    Magnetometers, rates, frame, place, calibration in force, columns.
     The other commands read logs themselves; -o keeps the recording for other programs.
 
     Example: magbench read flight.bin -o flight.parquet

@@ -54,7 +54,7 @@ def command(
     field_enu_nT: FieldVector = None,
     json: Json = False,
 ) -> None:
-    """Tell whether an old calibration still holds for the instrument that wrote a log: valid, changed, cannot tell.
+    """Tell whether a calibration still holds for a log. The answer is valid, changed or cannot tell.
 
     Changes of offset, scale, soft iron and motor currents are told with 95 % intervals and the heading error on a level
     survey. Exit status 1 where the calibration was not found valid.

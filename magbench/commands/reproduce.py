@@ -31,7 +31,7 @@ def command(
     scheduler: Scheduler = None,
     json: Json = False,
 ) -> None:
-    """Repeat a paper's experiments and set its figures beside ours, each with a verdict.
+    """Repeat a paper's experiments beside its printed figures. Each figure has a verdict.
 
     Example: magbench reproduce li2017 -o out/li
     """

@@ -39,7 +39,7 @@ def command(
     full: Annotated[bool, typer.Option("--full", help="Keep every sample in recording.rrd.")] = False,
     json: Json = False,
 ) -> None:
-    """Simulate a scenario, calibrate, score against the truth, write report and recording.
+    """Simulate a scenario, calibrate, and score against the truth. Page and recording are written.
 
     The calibrators are those of --with and --exec, else the scenario's. Status 1 where a condition of --fail-if
     holds, and where a calibrator of --with or --exec was not applicable.

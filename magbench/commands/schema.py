@@ -8,6 +8,8 @@ from typing import Annotated, Any
 import typer
 
 from magbench.options import Json
+from scenarios.errors import InputError
+from scenarios.names import closest
 
 
 class SchemaKind(StrEnum):
@@ -51,11 +53,13 @@ class SchemaKind(StrEnum):
 
 def command(
     kind: Annotated[
-        SchemaKind | None, typer.Argument(help="Of which file or result.  [default: a list of all]", metavar="KIND")
+        str | None, typer.Argument(help="Of which file or result.  [default: a list of all]", metavar="KIND")
     ] = None,
     json: Json = False,
 ) -> None:
-    """Print the JSON Schema of a file that is read or written, or of a command's --json; without KIND list all.
+    """Print the JSON Schema of a file or of a command's --json.
+
+    Without KIND all are listed.
 
     A schema is always JSON, with or without --json.
 
@@ -64,11 +68,19 @@ def command(
     from magbench.console import emit, show_table
 
     if kind is not None:
-        emit(schema_of(kind))
+        emit(schema_of(_kind(kind)))
     elif json:
         emit({"items": [{"name": one.value, "summary": one.words} for one in SchemaKind]})
     else:
         show_table("", ("kind", "of what"), [(one.value, one.words) for one in SchemaKind], numbers=False)
+
+
+def _kind(name: str) -> SchemaKind:
+    """Return the kind of a name; InputError for a name that is none."""
+    if name not in set(SchemaKind):
+        known = [one.value for one in SchemaKind]
+        raise InputError(f"no schema is called {name!r}", where="KIND", do=closest(name, known, most=len(known)))
+    return SchemaKind(name)
 
 
 def schema_of(kind: SchemaKind) -> dict[str, Any]:

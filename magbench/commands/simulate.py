@@ -34,7 +34,7 @@ def command(
     set_: Overrides = None,
     json: Json = False,
 ) -> None:
-    """Simulate a scenario and write a labelled dataset; repeat the command to resume or to add runs.
+    """Simulate a scenario and write a labelled dataset. Repeat the command to resume or to add runs.
 
     With --scheduler the workers of a cluster write to OUT, on a shared disk or a URL. --runs-per-file joins short runs.
     With --split the runs lie in OUT/data/train, validation and test, beside a table of all runs and a dataset card.

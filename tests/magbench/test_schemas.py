@@ -70,3 +70,8 @@ def test_a_key_that_is_not_declared_is_refused() -> None:
     check_printed(["show"], {"file": "recording.rrd"})
     with pytest.raises(ValidationError, match="unexpected"):
         check_printed(["show"], {"file": "recording.rrd", "more": 1})
+
+
+def test_a_kind_that_is_none_is_refused_with_the_nearest(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["schema", "diagnos"]) == 2
+    assert "KIND: no schema is called 'diagnos' (did you mean diagnose" in capsys.readouterr().err

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import pytest
+from rich.console import Console
 
+from magbench import console
+from magbench.app import COMMANDS
 from magbench.cli import main
 from magbench.console import show_points, show_table, show_text
+from magbench.refusal import refuse
 
 HEADS = ("calibrator", "status", "holdout_level_component_rms", "holdout_sphere_component_rms")
 ROW = ("ellipsoid", "not_converged", "1234.5", "2345.6")
@@ -54,6 +59,30 @@ def test_lines_of_a_pipe_without_a_width_stay_whole(
 def test_a_name_between_colons_is_no_picture(capsys: pytest.CaptureFixture[str]) -> None:
     show_text("motor_ellipsoid:battery: ok")
     assert capsys.readouterr().out.strip() == "motor_ellipsoid:battery: ok"
+
+
+def test_messages_are_broken_between_words_on_a_terminal_alone(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = " ".join(["words"] * 30)
+    for terminal in (False, True):
+        monkeypatch.setattr(sys.stderr, "isatty", lambda terminal=terminal: terminal)
+        monkeypatch.setattr(console, "messages", Console(stderr=True, soft_wrap=True, force_terminal=terminal))
+        console.say(text)
+        refuse(text)
+        lines = capsys.readouterr().err.splitlines()
+        assert (len(lines) == 2) is not terminal
+        assert set(" ".join(lines).split()) == {"magbench:", "words"}
+        assert max(map(len, lines)) <= 80 or not terminal
+
+
+def test_each_command_is_told_in_a_line_of_the_help(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--help"]) == 0
+    told = capsys.readouterr().out
+    assert "..." not in told.split("Commands:")[1]
+    for name in COMMANDS:
+        assert main([name, "--help"]) == 0
+        assert max(map(len, capsys.readouterr().out.splitlines())) <= 80
 
 
 def test_points_hang_below_their_text(capsys: pytest.CaptureFixture[str]) -> None:
