@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from tests.imports import parsed
+from tests.imports import nodes
 
 SPACE = {
     *(tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE),
@@ -19,7 +19,7 @@ SPACE = {
 }
 BRANCHES = (ast.If, ast.For, ast.While, ast.ExceptHandler, ast.IfExp, ast.comprehension)
 WORD = re.compile(r"\w+|[^\w\s]")
-"""A word or a sign, of which nearly every token has one or more."""
+"""A word or a sign, of which every token has one or more."""
 COMPILED = ("njit", "kernel", "cfunc")
 
 
@@ -39,7 +39,7 @@ def functions(path: Path, least: int = 0) -> Iterator[Measured]:
     """
     text = path.read_text(encoding="utf-8")
     rows, lines = text.splitlines(), list[int]()
-    for node in ast.walk(parsed(path)):
+    for node in nodes(path):
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef) and not _is_kernel(node):
             counted = len(WORD.findall("\n".join(rows[node.lineno - 1 : node.end_lineno]))) >= least
             lines = lines or (_lines(text) if counted else [])
@@ -54,7 +54,7 @@ def _lines(text: str) -> list[int]:
 
 def complexities(path: Path) -> Iterator[tuple[str, int]]:
     """Name and complexity of every function of a file, kernels too."""
-    for node in ast.walk(parsed(path)):
+    for node in nodes(path):
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
             yield f"{path.stem}.{node.name}", _complexity(node)
 

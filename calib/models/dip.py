@@ -9,6 +9,7 @@ horizon. Coordinates of the fit: theta = (c, entries of T, I), (3 + k + 1,).
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -17,9 +18,26 @@ from calib.numerics.colour import inflation
 from scenarios.arrays import Array
 
 MOST_STEPS = 30
-"""Steps of a round at most: a fit that moves on is not determined."""
+"""Evaluations of a round at most: a fit that moves on is not determined."""
 LEAST_NOISE = 1e-9
 """Noise of recordings that show less, in units of F."""
+
+
+class _Deviations(NamedTuple):
+    """Of samples (n,): u, |u|, a . u, v, w, v . v, v . w, r_1 and r_2 before their division by a standard deviation,
+    and the variance of r_2; T (3, 3)."""
+
+    T: Array
+    u: Array
+    size: Array
+    towards: Array
+    v: Array
+    w: Array
+    vv: Array
+    vw: Array
+    strength: Array
+    rest: Array
+    own: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +80,11 @@ class DipSamples:
         so that r_2 is taken less its regression on r_1. Variances depend on theta: this is the likelihood of all
         directions to first order, without the bias of a regression on noisy values. [Kanatani1994]
         """
+        at = self._at(theta)
+        return np.concatenate((at.strength / (self.noise * np.sqrt(at.vv)), at.rest / np.sqrt(at.own)))
+
+    def _at(self, theta: Array) -> _Deviations:
+        """Deviations at theta with the parts of their variances."""
         centre, T, inclination = self.parts(theta)
         u = (self.x - centre) @ T.T
         size = np.linalg.norm(u, axis=1)
@@ -70,7 +93,41 @@ class DipSamples:
         vv, vw, ww = (np.einsum("ni,ni->n", one, other) for one, other in ((v, v), (v, w), (w, w)))
         strength, dip = size - 1.0, towards - np.sin(inclination)
         own = self.noise**2 * (ww - vw**2 / vv) + self.dip_noise**2 * (size**2 - towards**2)
-        return np.concatenate((strength / (self.noise * np.sqrt(vv)), (dip - vw / vv * strength) / np.sqrt(own)))
+        return _Deviations(T, u, size, towards, v, w, vv, vw, strength, dip - vw / vv * strength, own)
+
+    def slopes(self, theta: Array) -> Array:
+        """Derivatives (2 n, p) of the residuals, of a r_1 = |u| - 1 and b r_2 with their standard deviations a and b.
+
+        dr_1 = (d|u| - (|u| - 1) v . dv / |v|^2) / a,  dr_2 = (d(b r_2) - b r_2 d(b^2) / (2 b^2)) / b
+        """
+        at = self._at(theta)
+        du, dv, dw = self._vector_slopes(theta, at)
+        d_size = np.einsum("ni,pni->pn", at.u / at.size[:, None], du)
+        d_towards = np.einsum("ni,pni->pn", self.up, du)
+        half_vv, half_ww = np.einsum("ni,pni->pn", at.v, dv), np.einsum("ni,pni->pn", at.w, dw)
+        share = at.vw / at.vv
+        d_vw = np.einsum("ni,pni->pn", at.w, dv) + np.einsum("ni,pni->pn", at.v, dw)
+        half_own = self.noise**2 * (half_ww - share * d_vw + share**2 * half_vv)
+        half_own += self.dip_noise**2 * (at.size * d_size - at.towards * d_towards)
+        d_rest = d_towards - share * d_size - (d_vw - 2.0 * share * half_vv) / at.vv * at.strength
+        if self.inclination_rad is None:
+            d_rest[-1] = -np.cos(theta[-1])
+        first = (d_size - at.strength * half_vv / at.vv) / (self.noise * np.sqrt(at.vv))
+        second = (d_rest - at.rest * half_own / at.own) / np.sqrt(at.own)
+        return np.concatenate((first, second), axis=1).T
+
+    def _vector_slopes(self, theta: Array, at: _Deviations) -> tuple[Array, Array, Array]:
+        """Derivatives (p, n, 3) of u, v and w."""
+        centre, k = theta[:3], len(self.slots)
+        du, dv, dw = np.zeros((3, len(theta), len(self.x), 3))
+        du[:3] = -at.T.T[:, None]
+        du[3 : 3 + k] = (self.x - centre) @ self.slots.transpose(0, 2, 1)
+        unit = at.u / at.size[:, None]
+        across = du - np.einsum("ni,pni->pn", unit, du)[..., None] * unit
+        dv[:] = across / at.size[:, None] @ at.T
+        dv[3 : 3 + k] += unit @ self.slots
+        dw[3 : 3 + k] = self.up @ self.slots
+        return du, dv, dw
 
     def with_noises(self, residuals: Array) -> DipSamples:
         """The samples with the standard deviations that the residuals (2 n,) show; that of the dip as of white noise.
@@ -104,7 +161,7 @@ class DipFit:
         theta, change, history = samples.start(), np.inf, []
         for _ in range(rounds):
             found = least_squares(
-                samples.residuals, theta, method="lm", x_scale="jac", max_nfev=MOST_STEPS * len(theta)
+                samples.residuals, theta, samples.slopes, method="lm", x_scale="jac", max_nfev=MOST_STEPS
             )
             theta = found.x
             history.append(float(found.cost))

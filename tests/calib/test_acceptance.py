@@ -94,7 +94,7 @@ def test_never_ok_where_nothing_can_be_known(name, case, standard):
     method = replace(get(name), robust=case not in LEFT_IN)
     if hasattr(method, "iterations"):
         method = replace(method, iterations=min(method.iterations, 200))
-    recording = with_all(case(standard.recording("full", 2, n=600)), name, standard)
+    recording = with_all(case(standard.recording("full", 2, n=300)), name, standard)
     result = method.fit(recording, standard.REFERENCE)
     if expected(name).corrects:
         assert result.status.kind != "ok", (result.offset_nT, result.matrix)

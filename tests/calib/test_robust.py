@@ -26,6 +26,9 @@ KINDS = {
     "3000 nT on an axis": {"size_nT": (3000.0, 3000.0), "signs": (1.0,)},
 }
 
+NAMES = ("ellipsoid", "twostep", "ml_geometric")
+"""Taken in turn by day, one for each kind."""
+
 
 @cache
 def turning(seed, n=2000):
@@ -74,8 +77,14 @@ def clean_rms_nT(name, count, n=2000):
     return rms(errors_nT(name, [turning(seed, n) for seed in range(count)])[0])
 
 
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("name", ["ellipsoid", "twostep", "ml_geometric"])
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [
+        pytest.param(name, kind, marks=[pytest.mark.slow] * ((i + j) % len(NAMES) != 0))
+        for i, name in enumerate(NAMES)
+        for j, kind in enumerate(KINDS)
+    ],
+)
 def test_one_percent_of_wild_values_leaves_the_clean_log_s_error(name, kind):
     logs = [turning(seed) for seed in range(16)]
     wild, fits = errors_nT(name, [spoiled(log, seed, **KINDS[kind])[0] for seed, log in enumerate(logs)])

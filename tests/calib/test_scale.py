@@ -15,7 +15,7 @@ from calib.methods.ml_geometric import MaximumLikelihoodGeometric
 from calib.methods.sphere import SphereCalibrator
 from calib.scale import field_factor, sphere_radius
 from recordings import Recording
-from tests.calib.expected import SECONDS_A_FIT, expected
+from tests.calib.expected import SECONDS_A_FIT, SLOW_WITHOUT_ANSWER, expected
 from tests.calib.test_contract import fit, soft_iron, with_all
 
 SCALED = [name for name, cls in CALIBRATORS.items() if "scalar" not in cls.needs]
@@ -27,8 +27,9 @@ TURNS = (Rotation.from_euler("ZYX", [0.7, -0.4, 1.9]), Rotation.from_matrix([[0,
 
 
 def marks(name, i, j=None):
-    """Two cases of each calibrator in each run, taken in turn, each with a unit; all of them in the nightly run."""
-    taken = (SCALED.index(name) + i) % len(CASES) in (0, 2) and j in (None, i)
+    """Two cases of each calibrator in each run, one of the slow, in turn, each with a unit; all in the nightly run."""
+    turn = (0,) if name in SLOW_WITHOUT_ANSWER else (0, 2)
+    taken = (SCALED.index(name) + i) % len(CASES) in turn and j in (None, i)
     return [] if taken and name not in SECONDS_A_FIT else [pytest.mark.slow]
 
 

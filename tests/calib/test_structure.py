@@ -103,7 +103,7 @@ def test_drift_of_the_axes_is_named():
 @pytest.mark.parametrize("least", [-1.1, -0.5, 0.0, 0.3])
 @STRENGTH
 def test_white_and_flicker_noise_are_no_structure(name, least):
-    for seed in range(6):
+    for seed in range(3):
         h_nT = field_nT(seed)
         h_nT = h_nT[h_nT[:, 0] > least * F_NT]
         assert "not noise" not in get(name).fit(measured(h_nT, seed), Reference(F_NT)).status.reason

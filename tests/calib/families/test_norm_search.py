@@ -145,7 +145,13 @@ def test_mutation_is_small_and_keeps_to_the_bounds():
 
 @pytest.mark.parametrize(
     ("method", "seeds", "limit_nT"),
-    [(Pso, 12, 0.75), (Ga, 12, 0.75), (PsoGa, 12, 0.75), pytest.param(PsoGa, 100, 0.62, marks=pytest.mark.slow)],
+    [
+        (PsoGa, 12, 0.75),
+        *(
+            pytest.param(*more, marks=pytest.mark.slow)
+            for more in ((Pso, 12, 0.75), (Ga, 12, 0.75), (PsoGa, 100, 0.62))
+        ),
+    ],
 )
 def test_hard_iron_is_near_the_bound(method, seeds, limit_nT, standard):
     clean = standard.recording("full", None)
