@@ -77,10 +77,10 @@ def command(
 
 def _kind(name: str) -> SchemaKind:
     """Return the kind of a name; InputError for a name that is none."""
-    if name not in set(SchemaKind):
-        known = [one.value for one in SchemaKind]
+    known = {one.value: one for one in SchemaKind}
+    if name not in known:
         raise InputError(f"no schema is called {name!r}", where="KIND", do=closest(name, known, most=len(known)))
-    return SchemaKind(name)
+    return known[name]
 
 
 def schema_of(kind: SchemaKind) -> dict[str, Any]:
