@@ -11,6 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from markupsafe import Markup
 
 ROOT = Path(__file__).resolve().parent.parent
 for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):  # a worker a core; before numpy is imported
@@ -36,6 +37,13 @@ def realdata() -> Path:
     if not folder or not Path(folder).is_dir():
         pytest.skip("MAGBENCH_REALDATA does not name a folder of measured recordings")
     return Path(folder)
+
+
+@pytest.fixture
+def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave figures out of pages: `tests/reports` draws those of every page, which takes longer than most commands."""
+    for module in ("reports.pages.section", "reports.pages.pooled", "papers.report"):
+        monkeypatch.setattr(f"{module}.figure_html", lambda draw, title: Markup(""))
 
 
 @pytest.fixture(scope="session")

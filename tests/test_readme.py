@@ -19,14 +19,18 @@ import pytest
 import reproduced
 import shown
 import tables
+from typer import TyperException
 
 import magbench.viewer
 import sim.scenario
 import validation.comparison.engine
 import validation.planning.refinement
+from magbench.api.inputs import in_options
+from magbench.app import program
 from magbench.cli import main
 from papers import PAPERS
 from recordings import read_manifest
+from scenarios.errors import InputError
 from scenarios.load import catalogue
 from sim.scenario import Scenario
 from sim.state import State
@@ -57,8 +61,9 @@ LONG = (
     "plan",
     "diagnosis",
     "logs",
+    "tour",
 )
-"""Pages whose commands take three seconds and more: the nightly run follows them, and README by day too."""
+"""Pages whose commands take three seconds and more: the nightly run follows them; by day their commands are parsed."""
 MODULE = re.compile(r"# (\w+\.py)\n")
 """The first line of a snippet that is a file of the reader's."""
 NOT_OURS = ("polars", "duckdb", "datasets")
@@ -75,7 +80,7 @@ def shell_lines(page: Path) -> list[str]:
 
 
 @pytest.fixture
-def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, undrawn: None) -> Path:
     """A directory to work in, with the logs that the pages speak of; scenarios and searches are cut short.
 
     Trials are computed in this process, since others take longer to start.
@@ -127,6 +132,29 @@ def test_commands_and_snippets_run(page: Path, place: Path, monkeypatch: pytest.
             for line in code.replace("\\\n", " ").splitlines():
                 run_line(line)
     assert all(file.is_file() for file in shown)
+
+
+def parsed(line: str) -> None:
+    """Read a command's options, whose names are looked at before their values; files of an earlier command may lack."""
+    _, name, *arguments = shlex.split(line)
+    if ">" in arguments:
+        arguments = arguments[: arguments.index(">")]
+    try:
+        with in_options():
+            program().commands[name].make_context(name, arguments)
+    except InputError as refused:
+        if "no such file" not in str(refused):
+            raise
+
+
+def test_commands_have_the_options_that_the_pages_give_them() -> None:
+    """Of every page, those that the nightly run follows too."""
+    for page in PAGES:
+        for line in shell_lines(page):
+            if line.startswith("magbench "):
+                parsed(line)
+    with pytest.raises(TyperException, match="--knowlege"):
+        parsed("magbench bound auv-spiral --knowlege vector")
 
 
 def run_line(line: str) -> None:

@@ -10,6 +10,8 @@ from typing import Any
 
 import matplotlib
 import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure as Figure
 from PIL import Image
 
@@ -24,6 +26,8 @@ DASHES = ("-", "--", ":", "-.")
 """Lines of one colour, in order."""
 SVG_POINTS = 10_000
 """Points of the lines of a picture that may become SVG."""
+SVG_MARKS = 1000
+"""Marks of scatters of a picture that may become SVG: one takes a hundred bytes and more."""
 SVG_BYTES = 60_000
 """Size of an SVG that no PNG is drawn to undercut."""
 DPI, TALL_DPI, TALL_IN = 140, 100, 12.0
@@ -80,28 +84,41 @@ def styled_data_url(draw: Callable[[], Figure]) -> str:
 
 def data_url(figure: Figure) -> str:
     """Return a figure as a data address: SVG for few points, else PNG where that is smaller."""
-    points = sum(np.size(line.get_xdata()) for axis in figure.axes for line in axis.lines)
-    drawn = _svg(figure) if points <= SVG_POINTS else None
+    drawn = _svg(figure) if _may_be_svg(figure) else None
     if drawn and len(drawn) <= SVG_BYTES:
         return _address("svg+xml", drawn)
     picture = _png(figure)
     return _address("svg+xml", drawn) if drawn and len(drawn) <= len(picture) else _address("png", picture)
 
 
+def _may_be_svg(figure: Figure) -> bool:
+    """Return whether a figure has few enough points of lines and marks of scatters."""
+    points = sum(np.size(line.get_xdata()) for axis in figure.axes for line in axis.lines)
+    marks = sum(len(one.get_offsets()) for axis in figure.axes for one in axis.collections)
+    return points <= SVG_POINTS and marks <= SVG_MARKS
+
+
 def _svg(figure: Figure) -> bytes:
     file = io.BytesIO()
-    figure.savefig(file, format="svg", metadata={"Date": None})
+    FigureCanvasSVG(figure).print_svg(file, metadata={"Date": None})
+    _keep_layout(figure)
     return file.getvalue()
 
 
 def _png(figure: Figure) -> bytes:
     """Return a PNG of at most 256 colours, a third of the size of one of all colours."""
-    drawn, file = io.BytesIO(), io.BytesIO()
-    dpi = DPI if figure.get_figheight() < TALL_IN else TALL_DPI
-    figure.savefig(drawn, format="png", dpi=dpi)
-    picture = Image.open(drawn).convert("RGB").quantize(256, dither=Image.Dither.NONE)
-    picture.save(file, "PNG", optimize=True)
+    figure.set_dpi(DPI if figure.get_figheight() < TALL_IN else TALL_DPI)
+    canvas, file = FigureCanvasAgg(figure), io.BytesIO()
+    canvas.draw()
+    _keep_layout(figure)
+    picture = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+    picture.quantize(256, dither=Image.Dither.NONE).save(file, "PNG", optimize=True)
     return file.getvalue()
+
+
+def _keep_layout(figure: Figure) -> None:
+    """Leave the places of a drawn figure's panels as they are: to compute them takes as long as to draw."""
+    figure.set_layout_engine("none")
 
 
 def _address(kind: str, content: bytes) -> str:
