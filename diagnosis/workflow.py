@@ -10,13 +10,10 @@ import numpy as np
 from calib.numerics.threads import one_thread
 from diagnosis.decision.advice import advice_for
 from diagnosis.decision.conclusion import Conclusion, conclude
-from diagnosis.decision.dip_or_strength import select_with_dip
 from diagnosis.decision.iron import absorbed_effects
-from diagnosis.decision.late_attitude import correct_late_attitude
 from diagnosis.decision.monotone_courses import with_rival_channels
-from diagnosis.decision.noise_anew import select_in_own_noise
+from diagnosis.decision.second_passes import select_in_every_way
 from diagnosis.decision.sentence import sentence_for
-from diagnosis.decision.stated_effects import correct_stated_effects
 from diagnosis.decision.verdict_rules import VerdictInput, doubts_of, verdict_of
 from diagnosis.evidence.active_parts import split_by_power
 from diagnosis.evidence.candidate_result import withdraw_names
@@ -30,9 +27,9 @@ from diagnosis.policy import STANDARD, Policy
 from diagnosis.problem.formulation import pose_model
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.repair.channel_curves import FollowedChannels, better_channels, follow_channels
+from diagnosis.repair.model_file import resimulated_rms_nT
 from diagnosis.repair.named_effects import ModelledGap, named_effects
 from diagnosis.repair.new_model import patch_model
-from diagnosis.repair.written_model import resimulated_rms_nT
 from diagnosis.result import OF_VALUES, Diagnosis, EvidenceKind, NamedEffect
 from diagnosis.verdict import Verdict
 from recordings import Recording
@@ -90,8 +87,7 @@ def examine(
 ) -> Examination:
     """Examine a posed problem without its invalid samples."""
     measured, direct = measured_rows(whole, without)
-    selection = correct_late_attitude(select_with_dip(correct_reference(measured), without, say), say)
-    selection = select_in_own_noise(correct_stated_effects(selection, say), say)
+    selection = select_in_every_way(correct_reference(measured), without, say)
     return Examination(whole, model, selection.end.problem, direct, conclude(selection))
 
 

@@ -26,7 +26,7 @@ from benchmarks.diagnosis.resumed import resumed
 from benchmarks.diagnosis.three import FLIGHTS, flown_as
 from benchmarks.diagnosis.truth import BASE, beyond_base
 from diagnosis.problem.formulation import pose_model
-from diagnosis.repair.chain import residual_with_iron_refitted
+from diagnosis.repair.chain import chain_residual
 from diagnosis.result import EvidenceKind
 from diagnosis.workflow import diagnose
 from recordings import Recording
@@ -149,7 +149,7 @@ def explained(quiet: Recording, model: ModelSpec, effects: Sequence[Effect]) -> 
     """Share of the gap of a recording without noise that effects explain as they are, the iron refitted each time."""
     problem = pose_model(quiet, model, None, None)
     everywhere = np.ones(len(quiet), dtype=bool)
-    left = (residual_with_iron_refitted(problem, some, everywhere) for some in ((), effects))
+    left = (chain_residual(problem, some, everywhere) for some in ((), effects))
     before, after = (rms(one * problem.sigma_nT) for one in left)
     return 1 - (after / before) ** 2
 

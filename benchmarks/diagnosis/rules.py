@@ -53,15 +53,20 @@ def first_of(i: int, *rest: Any) -> Neutral:
 NOTHING: Mapping[str, Mapping[str, Neutral]] = {
     "workflow": {
         "correct_reference": argument(0),
-        "correct_late_attitude": argument(0),
         "held_rows": lambda rule, problem: np.zeros(len(problem.recording), bool),
         "find_start_samples": lambda rule, problem: np.zeros(len(problem.recording), bool),
         "with_rival_channels": argument(1),
         "better_channels": answer(None),
         "follow_channels": answer(None),
     },
-    "decision.dip_or_strength": {"pose_without_dip": argument(0)},
-    "decision.joint_iron": {"refit_iron": argument(0), "rejected_if_worse": argument(0)},
+    "decision.second_passes": {
+        "refit_iron": argument(0),
+        "rejected_if_worse": argument(0),
+        "without_dip": answer(()),
+        "attitude_in_time": answer(()),
+        "without_stated_effect": answer(()),
+        "in_noise_left": answer(()),
+    },
     "decision.selection": {
         "within_stated_errors": answer(value=False),
         "split_by_motor": lambda rule, accepted, start, tests: list(accepted),
@@ -131,9 +136,9 @@ NOTHING: Mapping[str, Mapping[str, Neutral]] = {
     },
     "decision.conclusion": {
         "find_slow_noise": answer(None),
-        "_is_form_error": answer(value=False),
-        "iron_changes": lambda rule, selection: importlib.import_module("diagnosis.decision.iron").IronChanges((), ()),
-        "drop_constants_within_wander": argument(0),
+        "is_form_error": answer(value=False),
+        "iron_changes": answer(((), ())),
+        "beyond_wander": lambda rule, iron, selection: tuple(iron),
     },
     "evidence.slow_noise": {
         "is_attitude_error": answer(value=False),

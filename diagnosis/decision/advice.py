@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.decision.monotone_courses import monotone_channels
-from diagnosis.decision.remarks import long_climb, long_track
-from diagnosis.decision.sentence import channel_curves
+from diagnosis.decision.remarks import reference_remarks
+from diagnosis.decision.sentence import channel_curves, driver_of
 from diagnosis.evidence.localise import TIME
 from diagnosis.evidence.slow_noise import is_attitude_error
 from diagnosis.problem.actuators import as_currents
@@ -33,27 +33,8 @@ def advice_for(diagnosis: Diagnosis) -> tuple[str, ...]:
 
 
 def correct_reference(diagnosis: Diagnosis) -> Iterator[str]:
-    """A misread field, or a heading computed from the magnetometer, which hides its errors."""
-    yield from (correction.figures for correction in diagnosis.problem.corrections)
-
-
-def give_position(diagnosis: Diagnosis) -> Iterator[str]:
-    """A field changing along a long track is no effect: latitude and longitude explain it."""
-    if any(long_track(diagnosis)):
-        yield (
-            f"Add the position of the log, --map {LATITUDE}=COLUMN --map {LONGITUDE}=COLUMN: the model's field then "
-            "follows IGRF along the track. Without a position, a named gradient may be the Earth's own."
-        )
-
-
-def give_altitude(diagnosis: Diagnosis) -> Iterator[str]:
-    """A field falling with height is no effect: position and altitude explain it."""
-    if any(long_climb(diagnosis)):
-        yield (
-            f"State the model's [field] by {LATITUDE}, {LONGITUDE} and date, and add the height of the log, "
-            f"--map {ALTITUDE}=COLUMN: the model's field then follows IGRF with height. Without a height, an effect "
-            "rising or falling with height may be the Earth's own change."
-        )
+    """A misread field, a heading computed from the magnetometer, or a field that changes along the path."""
+    yield from (advice for _, advice in reference_remarks(diagnosis))
 
 
 def try_actuator(diagnosis: Diagnosis) -> Iterator[str]:
@@ -77,20 +58,17 @@ def _untried_channels(found: Diagnosis) -> set[str]:
 
 def find_mechanism(diagnosis: Diagnosis) -> Iterator[str]:
     """A curve names a channel, not a mechanism."""
-    untried = [
-        channel
-        for curve in channel_curves(diagnosis)
-        if (channel := curve.effect.required_inputs[-1]) in _untried_channels(diagnosis)
-    ]
+    curves = channel_curves(diagnosis)
+    untried = [name for curve in curves if (name := driver_of(curve)) in _untried_channels(diagnosis)]
     if untried:
-        options = " ".join(f"--actuator {channel}" for channel in untried)
+        options = " ".join(f"--actuator {name}" for name in untried)
         yield f"If {' or '.join(untried)} commands a current or a coil, add {options}: the effect can then be named."
-    for curve in channel_curves(diagnosis):
-        channel, traits = curve.effect.required_inputs[-1], curve.effect.traits
+    for curve in curves:
+        name, traits = driver_of(curve), curve.effect.traits
         rivals = f" A curve of {' or '.join(curve.rivals)} explains nearly as much." if curve.rivals else ""
-        seen = diagnosis.problem.state.channel(channel)
-        known = f" The curve holds for {channel} from {short(float(seen.min()))} to {short(float(seen.max()))} only."
-        yield f"The curve of {channel} shows no mechanism: {traits.experiment}; {traits.remedy}.{known}{rivals}"
+        seen = diagnosis.problem.state.channel(name)
+        known = f" The curve holds for {name} from {short(float(seen.min()))} to {short(float(seen.max()))} only."
+        yield f"The curve of {name} shows no mechanism: {traits.experiment}; {traits.remedy}.{known}{rivals}"
 
 
 def fly_other_motion(diagnosis: Diagnosis) -> Iterator[str]:
@@ -189,21 +167,16 @@ def log_attitude(diagnosis: Diagnosis) -> Iterator[str]:
 
 def confirm_by_second_recording(diagnosis: Diagnosis) -> Iterator[str]:
     """Held-out segments share the slow noise of their recording; direct evidence needs no confirmation."""
-    if diagnosis.has_second:
-        yield from _unconfirmed(diagnosis)
-        return
     unconfirmed = [cause for cause in diagnosis.named if cause.kind is not EvidenceKind.DIRECT]
-    if unconfirmed and all(cause.transfer is Transfer.SINGLE_RUN for cause in unconfirmed):
-        yield "Confirm on a second recording with --confirm: all segments of one recording share its slow noise."
-
-
-def _unconfirmed(diagnosis: Diagnosis) -> Iterator[str]:
-    several = [cause.name for cause in diagnosis.named if cause.transferable and cause.transfer is Transfer.SINGLE_RUN]
-    if several:
+    alone = [cause for cause in unconfirmed if cause.transfer is Transfer.SINGLE_RUN]
+    doubtful = ", ".join(cause.name for cause in alone if cause.transferable)
+    if diagnosis.has_second and doubtful:
         yield (
-            f"The second recording does not confirm {', '.join(several)}: absent, of another size, or not observable. "
+            f"The second recording does not confirm {doubtful}: absent, of another size, or not observable. "
             "Give both recordings to magbench diagnose without --confirm to see which."
         )
+    elif not diagnosis.has_second and alone and len(alone) == len(unconfirmed):
+        yield "Confirm on a second recording with --confirm: all segments of one recording share its slow noise."
 
 
 def log_more_channels(diagnosis: Diagnosis) -> Iterator[str]:
@@ -215,8 +188,6 @@ def log_more_channels(diagnosis: Diagnosis) -> Iterator[str]:
 Advise = Callable[[Diagnosis], Iterator[str]]
 ADVICE: tuple[Advise, ...] = (
     correct_reference,
-    give_position,
-    give_altitude,
     try_actuator,
     find_mechanism,
     fly_other_motion,

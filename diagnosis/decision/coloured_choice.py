@@ -34,7 +34,7 @@ from diagnosis.evidence.rivals import (
     winning_rival,
     with_attitude_wander,
 )
-from diagnosis.policy import Policy
+from diagnosis.problem.linear import LinearProblem
 from sim.effects import EFFECTS
 
 NO_GAIN_ALONG_FIELD = "no gain along the field: explained by an attitude error"
@@ -69,37 +69,53 @@ def choose_coloured(
     with a form from the start, each replacing the plain one where it gains more. beyond : finds a second effect next to
     a refused one.
     """
-    policy = baseline.problem.policy
-    coloured_baseline = ColouredBaseline.of(baseline.problem, baseline.accepted_columns)
-    screening = Screening.of([*ranking, *fuller], coloured_baseline, baseline)
-    first, most = screening.order(baseline, start), policy.tried_coloured
-    tried = sorted((screening.best_fit(index, coloured_baseline) for index in first[:most]), key=lambda fit: -fit.gain)
-    tried = [*_stronger_in_window(windowed, tried, coloured_baseline, baseline), *tried]
-    trials = _run_trials(CandidateTest(baseline, coloured_baseline, start, is_clean, find_next), tried)
-    chosen = _accepted_effect(trials, tried, coloured_baseline, screening.candidates)
-    others = [(screening.candidates[i], float(screening.nats[i])) for i in first[most:]]
-    return RoundResult.of(chosen, [*_tested_results(trials, tried), *_screened_results(trials, others, policy)])
+    policy, beside = baseline.problem.policy, ColouredBaseline.of(baseline.problem, baseline.accepted_columns)
+    screening = Screening.of([*ranking, *fuller], beside, baseline)
+    order, most = screening.order(baseline, start), policy.tried_coloured
+    tried = sorted((screening.best_fit(index, beside) for index in order[:most]), key=lambda fit: -fit.gain)
+    tried = [*_stronger_in_window(windowed, tried, beside, baseline), *tried]
+    trials = _run_trials(CandidateTest(baseline, beside, start, is_clean, find_next), tried)
+    inflation, needed = (trials[-1].inflation, trials[-1].needed) if trials else (1.0, policy.coloured_nats)
+    tested = [CandidateResult(each.fit.evidence, each.nats, each.needed, each.refusal) for each in trials]
+    untested = [CandidateResult(fit.evidence, fit.gain / inflation, needed, "") for fit in tried[len(trials) :]]
+    screened = [
+        CandidateResult(screening.candidates[i], float(screening.nats[i]) / inflation, policy.coloured_nats, "")
+        for i in order[most:]
+    ]
+    chosen = _accepted_effect(trials, tried, beside, screening.candidates)
+    return RoundResult.of(chosen, [*tested, *untested, *screened])
 
 
 def _stronger_in_window(
-    windowed: Sequence[Evidence], tried: Sequence[CandidateFit], coloured_baseline: ColouredBaseline, baseline: Baseline
+    windowed: Sequence[Evidence], tried: Sequence[CandidateFit], beside: ColouredBaseline, baseline: Baseline
 ) -> list[CandidateFit]:
     """Candidates in a window that gain far more than any candidate over the whole run, the strongest first."""
-    policy, problem = baseline.problem.policy, baseline.problem
-    always = max((fit.gain for fit in tried), default=0.0)
-    fits = (
-        coloured_baseline.fit_candidate(evidence, coloured_baseline.rows.bin(evidence.candidate.columns(problem)))
-        for evidence in windowed
-    )
+    policy, always = baseline.problem.policy, max((fit.gain for fit in tried), default=0.0)
+    columns = (beside.rows.bin(evidence.candidate.columns(baseline.problem)) for evidence in windowed)
+    fits = map(beside.fit_candidate, windowed, columns)
     stronger = [fit for fit in fits if fit.gain > max(always / policy.window_share, always + policy.coloured_nats)]
     return sorted(stronger, key=lambda fit: -fit.gain)
+
+
+def beyond_chance(
+    fit: CandidateFit, beside: ColouredBaseline, problem: LinearProblem, needed: float
+) -> tuple[float, str]:
+    """Inflation of a candidate's nats by chance, and the reason why the nats are not beyond chance; empty if they are.
+
+    Chance is what the candidate's columns, shifted in time, gain.
+    """
+    surrogates = beside.surrogate_gains(fit, problem)
+    inflation = max(1.0, 2 * float(surrogates.mean()) / fit.columns.shape[2])
+    if fit.gain / inflation <= needed:
+        return inflation, TOO_LITTLE
+    return inflation, "" if fit.gain > surrogates.max() else NO_BETTER_THAN_SURROGATES
 
 
 @dataclass(frozen=True)
 class CandidateTrial:
     """Outcome of one candidate's test: inflation of evidence by chance, and reason of refusal (empty if accepted).
 
-    turned : an error of the attitude explains as much.
+    attitude_suffices : an error of the attitude explains as much.
     """
 
     fit: CandidateFit
@@ -110,9 +126,9 @@ class CandidateTrial:
     attitude_suffices: bool = False
 
     @property
-    def may_be_simpler(self) -> bool:
-        """Whether a simpler effect may take its place."""
-        return self.coloured or self.attitude_suffices
+    def nats(self) -> float:
+        """Evidence in nats."""
+        return self.fit.gain / self.inflation
 
 
 @dataclass(frozen=True)
@@ -155,15 +171,9 @@ class CandidateTest:
         policy = self.baseline.problem.policy
         with_candidate = self.baseline.with_columns(fit.evidence.candidate.columns(self.baseline.problem))
         coloured = not self.is_clean(with_candidate, fit.evidence.name)
-        surrogates = self.coloured_baseline.surrogate_gains(fit, self.baseline.problem)
-        inflation = max(1.0, 2 * float(surrogates.mean()) / fit.columns.shape[2])
         needed = policy.coloured_nats if coloured else policy.accepted(len(EFFECTS))
-        if fit.gain / inflation <= needed:
-            refusal = TOO_LITTLE
-        elif fit.gain <= surrogates.max():
-            refusal = NO_BETTER_THAN_SURROGATES
-        else:
-            refusal = self._refusal(fit, with_candidate, needed, coloured=coloured)
+        inflation, refusal = beyond_chance(fit, self.coloured_baseline, self.baseline.problem, needed)
+        refusal = refusal or self._refusal(fit, with_candidate, needed, coloured=coloured)
         turned = not (refusal or coloured) and self._is_attitude(fit, with_candidate)
         return CandidateTrial(fit, inflation, coloured, needed, refusal, turned)
 
@@ -243,74 +253,44 @@ def _run_trials(test: CandidateTest, tried: Sequence[CandidateFit]) -> list[Cand
     return trials
 
 
-def _tested_results(trials: Sequence[CandidateTrial], tried: Sequence[CandidateFit]) -> list[CandidateResult]:
-    """Results of candidates with a noise model of their own; the untested ones get the last trial's inflation."""
-    if not trials:
-        return []
-    last = trials[-1]
-    untested = [replace(last, fit=fit, refusal="") for fit in tried[len(trials) :]]
-    return [
-        CandidateResult(trial.fit.evidence, trial.fit.gain / trial.inflation, trial.needed, trial.refusal)
-        for trial in (*trials, *untested)
-    ]
-
-
-def _screened_results(
-    trials: Sequence[CandidateTrial], others: Sequence[tuple[Evidence, float]], policy: Policy
-) -> list[CandidateResult]:
-    """Results of screened candidates, by their gain with the common noise model."""
-    inflation = trials[-1].inflation if trials else 1.0
-    return [CandidateResult(evidence, gain / inflation, policy.coloured_nats, "") for evidence, gain in others]
-
-
 def _accepted_effect(
     trials: Sequence[CandidateTrial],
     tried: Sequence[CandidateFit],
-    coloured_baseline: ColouredBaseline,
+    beside: ColouredBaseline,
     ranking: Sequence[Evidence],
 ) -> AcceptedEffect | None:
-    """The accepted candidate with its look-alikes, and with attitude errors where these suffice."""
+    """The accepted candidate, or the simplest equivalent one, with its look-alikes.
+
+    Attitude errors are look-alikes where these suffice.
+    """
     if not trials or trials[-1].refusal:
         return None
+    trial, policy = trials[-1], beside.rows.policy
     refused = {trial.fit for trial in trials if trial.refusal}
-    chosen = _with_alternatives(
-        trials[-1], [candidate for candidate in tried if candidate not in refused], coloured_baseline
-    )
-    if not trials[-1].attitude_suffices:
-        return chosen
-    names = dict.fromkeys((*chosen.alternatives, *(candidate.name for candidate in ranking if candidate.name in TURNS)))
-    return replace(chosen, alternatives=tuple(name for name in names if name != chosen.name))
-
-
-def _with_alternatives(
-    trial: CandidateTrial, tried: Sequence[CandidateFit], coloured_baseline: ColouredBaseline
-) -> AcceptedEffect:
-    """Accept the simplest of the equivalent candidates, and list all look-alikes as alternatives."""
-    policy, best = coloured_baseline.rows.policy, trial.fit
+    others = [fit for fit in tried if fit not in refused and fit is not trial.fit]
     chance = policy.apart * trial.inflation
-    others = [fit for fit in tried if fit is not best]
-    alike = find_look_alikes(best, others, coloured_baseline, chance, policy.same_coloured) if trial.coloured else []
-    narrow = _equivalent_fits(trial, others, coloured_baseline, chance)
-    close = {fit: _deflated(fit, trial.inflation) for fit in (*narrow, *alike)}
-    chosen = select_simplest([close[fit] for fit in narrow], policy)
-    return AcceptedEffect(chosen, alternatives_to(chosen, list(close.values()), policy), trial.needed)
+    alike = find_look_alikes(trial.fit, others, beside, chance, policy.same_coloured) if trial.coloured else []
+    equivalent = _equivalent_fits(trial, others, beside, chance)
+    close = {fit: replace(fit.evidence, gain=fit.gain, V=trial.inflation) for fit in (*equivalent, *alike)}
+    chosen = select_simplest([close[fit] for fit in equivalent], policy)
+    turns = [evidence.name for evidence in ranking if trial.attitude_suffices and evidence.name in TURNS]
+    names = dict.fromkeys((*alternatives_to(chosen, list(close.values()), policy), *turns))
+    return AcceptedEffect(chosen, tuple(name for name in names if name != chosen.name), trial.needed)
 
 
 def _equivalent_fits(
-    trial: CandidateTrial, others: Sequence[CandidateFit], coloured_baseline: ColouredBaseline, chance: float
+    trial: CandidateTrial, others: Sequence[CandidateFit], beside: ColouredBaseline, chance: float
 ) -> list[CandidateFit]:
     """The best with all candidates of equal gain by chance, or but for a form error within its family or contents."""
-    policy, best = coloured_baseline.rows.policy, trial.fit
-    kin = [fit for fit in others if in_same_family(fit.evidence, best.evidence)]
-    within = [fit for fit in others if fit.evidence.name in best.evidence.candidate.effect.traits.contains]
-    of_form = policy.same_family_coloured if trial.coloured else policy.same_family
-    of_simpler = policy.same_family if trial.may_be_simpler else policy.same_constant
-    as_good = find_look_alikes(best, others, coloured_baseline, chance, 0.0)
-    of_its_kin = find_look_alikes(best, kin, coloured_baseline, chance, of_form)
-    simpler = find_look_alikes(best, within, coloured_baseline, chance, of_simpler)
+    policy, best = beside.rows.policy, trial.fit
+    contents = best.evidence.candidate.effect.traits.contains
+    form = policy.same_family_coloured if trial.coloured else policy.same_family
+    simpler = policy.same_family if trial.coloured or trial.attitude_suffices else policy.same_constant
+    near = (
+        (others, 0.0),
+        ([fit for fit in others if in_same_family(fit.evidence, best.evidence)], form),
+        ([fit for fit in others if fit.evidence.name in contents], simpler),
+    )
+    alike = [fit for group, share in near for fit in find_look_alikes(best, group, beside, chance, share)]
     slow = [fit for fit in others if is_channel_equivalent(fit.evidence, best.evidence, policy)]
-    return list(dict.fromkeys([best, *as_good, *of_its_kin, *simpler, *slow]))
-
-
-def _deflated(fit: CandidateFit, inflation: float) -> Evidence:
-    return replace(fit.evidence, gain=fit.gain, V=inflation)
+    return list(dict.fromkeys([best, *alike, *slow]))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -54,65 +54,53 @@ class Conclusion:
         return replace(noise, slow=noise.slow / samples)  # a row sums so many samples, over the root of their number
 
 
-Revision = Callable[[Conclusion], Conclusion]
-
-
 def conclude(selection: Selection) -> Conclusion:
-    """Apply all `REVISIONS` in order to a selection; the main cause comes first."""
-    main_first = sorted(selection.accepted, key=lambda effect: (effect.form_of is not None, -effect.evidence.strength))
-    conclusion = Conclusion(selection, tuple(main_first))
-    for doubt in REVISIONS:
-        conclusion = doubt(conclusion)
-    return conclusion
+    """The conclusion from a selection: effects, the main cause first, slow noise and changes of the iron beside them.
+
+    The iron is asked for only where the model knows it.
+    """
+    problem, effects = selection.end.problem, selection.accepted
+    main_first = tuple(sorted(effects, key=lambda effect: (effect.form_of is not None, -effect.evidence.strength)))
+    noise = slow_noise(selection, main_first)
+    iron, conventional = iron_changes(selection) if problem.iron_known else ((), ())
+    if noise is not None or states_slow_noise(problem):
+        iron = beyond_wander(iron, selection)
+    return Conclusion(selection, main_first, iron, conventional, noise)
 
 
-def add_slow_noise(conclusion: Conclusion) -> Conclusion:
-    """Add slow noise in the residual as a cause, unless small enough for a form error of the first effect.
+def slow_noise(selection: Selection, accepted: Sequence[AcceptedEffect]) -> SlowNoise | None:
+    """Slow noise in the residual as a cause; beside effects only if identified, and no form error of the first.
 
     With the largest number of effects accepted, a coloured residual may hold a further effect that was never tried.
     """
-    selection = conclusion.selection
-    if selection.after.clean or len(selection.accepted) == selection.end.problem.policy.most_effects:
-        return conclusion
-    noise = find_slow_noise(selection.end.problem, selection.end.residual())
-    if noise is None or not noise.fits or (conclusion.accepted and not noise.identified):
-        return conclusion
-    return conclusion if conclusion.accepted and _is_form_error(conclusion) else replace(conclusion, noise=noise)
+    problem = selection.end.problem
+    if selection.after.clean or len(accepted) == problem.policy.most_effects:
+        return None
+    noise = find_slow_noise(problem, selection.end.residual())
+    if noise is None or not noise.fits:
+        return None
+    form = accepted and (not noise.identified or is_form_error(selection, accepted[0]))
+    return None if form else noise
 
 
-def _is_form_error(conclusion: Conclusion) -> bool:
-    policy = conclusion.selection.end.problem.policy
-    return _excess_rms(conclusion) < policy.quarter * conclusion.accepted[0].evidence.strength
+def is_form_error(selection: Selection, first: AcceptedEffect) -> bool:
+    """Whether the residual is small enough for a form error of the first effect."""
+    return _excess_rms(selection) < selection.end.problem.policy.quarter * first.evidence.strength
 
 
-def _excess_rms(conclusion: Conclusion) -> float:
+def _excess_rms(selection: Selection) -> float:
     """Rms of the residual beyond the noise of a sample, in its units."""
-    return float(np.sqrt(max((conclusion.selection.end.residual() ** 2).mean() - 1, 0.0)))
+    return float(np.sqrt(max((selection.end.residual() ** 2).mean() - 1, 0.0)))
 
 
-def add_iron_changes(conclusion: Conclusion) -> Conclusion:
-    """Add changes of the iron, where the model's iron is known."""
-    if not conclusion.selection.end.problem.iron_known:
-        return conclusion
-    changes = iron_changes(conclusion.selection)
-    return replace(conclusion, iron=changes.changes, conventional=changes.conventional)
+def beyond_wander(iron: Sequence[AcceptedEffect], selection: Selection) -> tuple[AcceptedEffect, ...]:
+    """Changes of the iron that a slow wander, found or stated by the model, does not make by moving the mean.
 
-
-def drop_constants_within_wander(conclusion: Conclusion) -> Conclusion:
-    """Drop changes of a constant that a slow wander, found or stated by the model, explains by moving the mean.
-
-    Changes that the data do not distinguish from a constant are dropped too; changes far larger than the wander stay.
+    Constants, and changes that the data do not distinguish from a constant, stay only where far larger than the wander.
     """
-    problem = conclusion.selection.end.problem
-    if conclusion.noise is None and not states_slow_noise(problem):
-        return conclusion
-    most = problem.policy.tenfold * _excess_rms(conclusion)
-    kept = (change for change in conclusion.iron if change.evidence.strength > most or not _may_be_constant(change))
-    return replace(conclusion, iron=tuple(kept))
+    most = selection.end.problem.policy.tenfold * _excess_rms(selection)
 
+    def may_be_constant(change: AcceptedEffect) -> bool:
+        return any(BY_NAME[name].traits.constant for name in (change.name, *change.alternatives))
 
-def _may_be_constant(change: AcceptedEffect) -> bool:
-    return any(BY_NAME[name].traits.constant for name in (change.name, *change.alternatives))
-
-
-REVISIONS: tuple[Revision, ...] = (add_slow_noise, add_iron_changes, drop_constants_within_wander)
+    return tuple(change for change in iron if change.evidence.strength > most or not may_be_constant(change))

@@ -1,8 +1,9 @@
-"""Fuller forms of accepted effects: further parameters of an effect, where held-out data support them."""
+"""Fuller forms of effects, where held-out data support them: further parameters, or a gain for each motor."""
 
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
@@ -10,11 +11,13 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize
 
+from diagnosis.decision.monotone_courses import monotone_channels
 from diagnosis.decision.white_choice import AcceptedEffect
-from diagnosis.evidence.baseline import Baseline, nats_on_all
-from diagnosis.evidence.held_out import Evidence, judge_settings, misfit
+from diagnosis.evidence.baseline import Baseline, IsClean, nats_on_all
+from diagnosis.evidence.held_out import Evidence, judge_settings, misfit, refine_listed
 from diagnosis.evidence.residual_tests import ResidualTests
 from diagnosis.library.candidates import Candidate
+from diagnosis.problem.blocks import fit, inflation
 from diagnosis.problem.linear import LinearProblem
 from scenarios.arrays import Array
 from sim.effects import EFFECTS
@@ -36,10 +39,12 @@ def complete_forms(
     for i in reversed(range(len(out))):
         if not clean:
             out[i], clean = _add_forms(out, i, start, tests)
-    if clean:
-        return _drop_needless_forms(out, start, tests)
-    baseline = _baseline_with(out, start)
-    return out, baseline, tests(baseline)
+    for effects in (_drop_unsupported_forms(out, start), out) if clean else (out,):
+        baseline = _baseline_with(effects, start)
+        after = tests(baseline)
+        if after.clean:
+            break
+    return effects, baseline, after
 
 
 def _add_forms(
@@ -57,18 +62,6 @@ def _add_forms(
 def _baseline_with(accepted: Iterable[AcceptedEffect], start: Baseline) -> Baseline:
     """The baseline with effects; large for a long recording, hence kept no longer than needed."""
     return start.with_all(effect.columns(start.problem) for effect in accepted)
-
-
-def _drop_needless_forms(
-    accepted: Sequence[AcceptedEffect], start: Baseline, tests: ResidualTester
-) -> tuple[list[AcceptedEffect], Baseline, ResidualTests]:
-    """Drop unsupported forms from effects with a clean residual, where the residual stays clean."""
-    for candidates in (_drop_unsupported_forms(accepted, start), list(accepted)):
-        baseline = _baseline_with(candidates, start)
-        after = tests(baseline)
-        if after.clean:
-            break
-    return candidates, baseline, after
 
 
 def _drop_unsupported_forms(accepted: Sequence[AcceptedEffect], start: Baseline) -> list[AcceptedEffect]:
@@ -94,9 +87,9 @@ def _key(candidate: Candidate) -> tuple[object, ...]:
 def _without_form(candidate: Candidate, form: str) -> Candidate:
     """The candidate without a form, whose parameters return to their defaults."""
     names = {p.name for p in candidate.effect.forms[form]}
-    kept = tuple((name, value) for name, value in candidate.nonlinear if name not in names)
+    forms = tuple(other for other in candidate.forms if other != form)
     return replace(
-        candidate, forms=tuple(kept_form for kept_form in candidate.forms if kept_form != form), nonlinear=kept
+        candidate, forms=forms, nonlinear=tuple(each for each in candidate.nonlinear if each[0] not in names)
     )
 
 
@@ -120,31 +113,25 @@ def _best_form(others: Baseline, evidence: Evidence) -> Evidence | None:
 
     The nats stay those by which the effect was accepted.
     """
-    before = judge_settings(others, [evidence.candidate])
-    tried = [
-        judge_settings(others, list(_form_settings(evidence.candidate, form, others.problem)))
-        for form in _unused_forms(evidence.candidate)
-    ]
-    fitted = [form_evidence for form_evidence in tried if form_evidence is not None]
+    before, candidate = judge_settings(others, [evidence.candidate]), evidence.candidate
+    unused = (form for form in candidate.effect.forms if form not in candidate.forms)
+    tried = (judge_settings(others, list(_form_settings(candidate, form, others.problem))) for form in unused)
+    fitted = [fuller for fuller in tried if fuller is not None]
     if before is None or not fitted:
         return None
-    best = max(fitted, key=lambda form_evidence: _form_nats(form_evidence, before))
+    best = max(fitted, key=lambda fuller: _form_nats(fuller, before))
     if not _is_supported(best, before, others.problem):
         return None
     finer = judge_settings(others, [_refined_settings(others, best.candidate)]) or best
-    best = max(best, finer, key=lambda form_evidence: _form_nats(form_evidence, before))
+    best = max(best, finer, key=lambda fuller: _form_nats(fuller, before))
     return replace(best, gain=evidence.gain, V=evidence.V)
-
-
-def _unused_forms(candidate: Candidate) -> Iterator[str]:
-    return (form for form in candidate.effect.forms if form not in candidate.forms)
 
 
 def _form_settings(candidate: Candidate, form: str, problem: LinearProblem) -> Iterator[Candidate]:
     """The candidate with a fuller form, at every listed value of the form and at every sweep."""
     of_form = candidate.effect.forms[form]
     grid: dict[str, tuple[Any, ...]] = {p.name: p.quantity.tried for p in of_form if p.role == "listed"}
-    fuller = replace(candidate, forms=(*candidate.forms, form)).at(candidate.effect.central_reference(problem.state))
+    fuller = candidate.with_form(form).at(candidate.effect.central_reference(problem.state))
     for values in itertools.product(*grid.values()):
         yield from _swept(fuller.at(dict(zip(grid, values, strict=True))), form, problem)
 
@@ -181,3 +168,101 @@ def _refined_settings(others: Baseline, candidate: Candidate) -> Candidate:
     start, options = np.log([given[name] for name in names]), {"maxfev": others.problem.policy.form_settings}
     best = minimize(lambda x: misfit(others, at(x)), start, method="Nelder-Mead", options={**options, "xatol": 0.02})
     return at(best.x)
+
+
+def first_form_evidence(
+    baseline: Baseline, candidates: dict[str, list[Candidate]], is_clean: IsClean
+) -> tuple[Evidence, ...]:
+    """Evidence of every effect searched with a fuller form from the start: the plain form may explain too little.
+
+    The curve of a monotone channel fits any slow course and is not tried; of another channel it counts at the best lag,
+    and only where the residual is then clean, since a curve also follows a part of slow noise.
+    """
+    slow, found = monotone_channels(baseline.problem), []
+    for settings in candidates.values():
+        effect = settings[0].effect
+        if not effect.traits.first_form or not slow.isdisjoint(effect.needs):
+            continue
+        evidence = judge_settings(baseline, list(_first_form_settings(settings, baseline.problem)))
+        if evidence is not None and effect.needs:
+            evidence = refine_listed(baseline, evidence)
+            with_curve = baseline.with_columns(evidence.candidate.columns(baseline.problem))
+            evidence = evidence if is_clean(with_curve, effect.name) else None
+        if evidence is not None:
+            found.append(evidence)
+    return tuple(found)
+
+
+def _first_form_settings(settings: Sequence[Candidate], problem: LinearProblem) -> Iterator[Candidate]:
+    """Settings with the form's numbers a factor above the effect's own: at equal size both coincide.
+
+    A curve is counted from the middle of its course.
+    """
+    effect, form = settings[0].effect, settings[0].effect.traits.first_form
+    listed = [p.name for p in effect.forms[form] if p.role == "listed"]
+    for fuller in (each for candidate in settings for each in _form_settings(candidate, form, problem)):
+        given, factor = dict(fuller.nonlinear), problem.policy.first_form_factor
+        if all(math.isclose(given[name], factor * given[own]) for own in effect.search for name in listed):
+            yield fuller
+
+
+def split_by_motor(accepted: Sequence[AcceptedEffect], start: Baseline, tests: ResidualTester) -> list[AcceptedEffect]:
+    """Split effects with one gain for all motors into a gain for each motor, where the residual supports it.
+
+    The split must gain the nats for acceptance on held-out data, over the inflation. Motors explaining nothing are left
+    out. An effect accepted earlier is split again once a later effect no longer hides a motor. start : the baseline
+    without effects.
+    """
+    out, names = list[AcceptedEffect](), [effect.name for effect in accepted]
+    for i, effect in enumerate(accepted):
+        parts = _parts([*out, *accepted[i + 1 :]], effect, start, tests) if names.count(effect.name) == 1 else []
+        out += [
+            replace(effect, evidence=replace(part, gain=effect.evidence.gain, V=effect.evidence.V))
+            if part is parts[0]
+            else AcceptedEffect(part, ())
+            for part in parts
+        ] or [effect]
+    return out
+
+
+def _parts(
+    accepted: Sequence[AcceptedEffect], effect: AcceptedEffect, start: Baseline, tests: ResidualTester
+) -> list[Evidence]:
+    """The motors of one effect that the data support next to all remaining effects; empty where one gain will do."""
+    problem, whole = start.problem, effect.evidence
+    motors, role = problem.state.motors, whole.candidate.effect.with_role("motor")
+    if role is None or len(motors) < 2:
+        return []
+    others = _baseline_with(accepted, start)
+    if tests(others.with_columns(effect.columns(problem))).clean:
+        return []
+    return motor_evidence(others, [whole.candidate.at({role: motor}) for motor in motors], whole)
+
+
+def motor_evidence(others: Baseline, settings: Sequence[Candidate], evidence: Evidence) -> list[Evidence]:
+    """Evidence of each motor next to all remaining effects, the strongest first; empty if the split gains too little.
+
+    Both all motors and the kept ones must gain enough: of motors running alike none explains anything next to the rest.
+    """
+    policy, columns = others.problem.policy, [motor.columns(others.problem) for motor in settings]
+    if not _explain_more(others, columns, evidence):
+        return []
+    judged = (
+        judge_settings(others.with_all(other for other in columns if other is not own), [setting])
+        for setting, own in zip(settings, columns, strict=True)
+    )
+    known = [motor for motor in judged if motor is not None and motor.nats > policy.apart]
+    if not known or not _explain_more(others, [motor.candidate.columns(others.problem) for motor in known], evidence):
+        return []
+    return sorted(known, key=lambda motor: -motor.strength)
+
+
+def _explain_more(others: Baseline, columns: Sequence[Array], evidence: Evidence) -> bool:
+    """Whether columns (n, q, k) of several motors gain enough more on held-out data than a common gain.
+
+    Held-out data are used for both: a common gain explains less on held-out data where the base is extrapolated.
+    """
+    policy, common = others.problem.policy, evidence.candidate.columns(others.problem)
+    joint, alone = (others.sums_with(each) for each in (np.concatenate(columns, axis=2), common))
+    V = inflation(joint, fit(joint, others.all_folds), policy)
+    return (others.held_out_gain(joint) - others.held_out_gain(alone)) / V > policy.accepted(len(EFFECTS))

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,22 +22,21 @@ from sim.effects import EFFECTS
 from sim.state import MOTION
 
 
-@dataclass(frozen=True)
-class IronChanges:
+class IronChanges(NamedTuple):
     """Changes of the iron: findings, and mere changes of an effect's reference (a temperature, an origin)."""
 
     changes: tuple[AcceptedEffect, ...]
-    conventional: tuple[AcceptedEffect, ...]
+    conventional: tuple[AcceptedEffect, ...] = ()
 
 
 def iron_changes(selection: Selection) -> IronChanges:
     """Find iron, offset, scale, axes and rotation that differ from the given model; vector mode only."""
     if selection.end.problem.mode != "vector":
-        return IronChanges((), ())
+        return IronChanges(())
     baseline, conventions = _baseline_without_iron(selection), _conventions(selection)
     all_changes = _find_changes(selection, baseline)
     if not conventions.shape[2] or not all_changes:
-        return IronChanges(all_changes, ())
+        return IronChanges(all_changes)
     found, policy = _find_changes(selection, baseline.with_columns(conventions)), selection.end.problem.policy
     findings = tuple(change for change in found if not _is_error_of_convention(change, all_changes, policy))
     names = {change.name for change in findings}
@@ -119,12 +119,8 @@ def absorbed_effects(problem: LinearProblem) -> tuple[str, ...]:
     """Effects with recorded channels whose columns the base absorbs nearly whole on the motion; vector mode only."""
     if problem.mode != "vector":
         return ()
-    limit = problem.policy.little
-    return tuple(
-        name
-        for name, candidates in _candidates_without_search(problem).items()
-        if survival(problem, candidates[0]) < limit
-    )
+    several = _candidates_without_search(problem).items()
+    return tuple(name for name, (first, *_) in several if survival(problem, first) < problem.policy.little)
 
 
 def survival(problem: LinearProblem, candidate: Candidate) -> float:
@@ -159,12 +155,8 @@ def _candidates_without_search(
     problem: LinearProblem, without: frozenset[str] = frozenset()
 ) -> dict[str, list[Candidate]]:
     """Candidates without a search; a linear field is taken at its given origin."""
-    listed = (None, "origin")
-    return {
-        name: many
-        for name, many in propose_candidates(problem, without).items()
-        if many[0].effect.search_role() in listed
-    }
+    several = propose_candidates(problem, without).items()
+    return {name: many for name, many in several if many[0].effect.search_role() in (None, "origin")}
 
 
 def _is_negligible(chosen: AcceptedEffect, changes: list[AcceptedEffect], selection: Selection) -> bool:

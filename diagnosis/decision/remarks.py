@@ -13,7 +13,7 @@ from diagnosis.problem.linear import LinearProblem
 from diagnosis.problem.strength import turn_rate_rad_s, turns_too_fast
 from diagnosis.result import Diagnosis, EvidenceKind
 from diagnosis.verdict import Verdict
-from recordings.channels import ALTITUDE
+from recordings.channels import ALTITUDE, LATITUDE, LONGITUDE
 from scenarios.arrays import Array
 from sim.chain import apply_deterministic
 from sim.effects.chain_position import iron_matrix
@@ -33,41 +33,54 @@ AXES = [
 
 
 def remarks(diagnosis: Diagnosis) -> tuple[str, ...]:
-    """Sentences before the verdict: all applicable lines of `REMARKS`."""
-    return tuple(line for remark in REMARKS for line in remark(diagnosis))
+    """Sentences before the verdict: what is wrong with the reference, and all applicable lines of `REMARKS`."""
+    of_reference = (words for words, _ in reference_remarks(diagnosis))
+    return (*of_reference, *(line for remark in REMARKS for line in remark(diagnosis)))
 
 
-def reference_remark(diagnosis: Diagnosis) -> Iterator[str]:
-    """The correction applied to a wrong reference."""
-    yield from (correction.words for correction in diagnosis.problem.corrections)
+def reference_remarks(diagnosis: Diagnosis) -> Iterator[tuple[str, str]]:
+    """Words and advice for each correction of the reference, and for a field that changes along the path."""
+    yield from ((correction.words, correction.figures) for correction in diagnosis.problem.corrections)
+    if diagnosis.problem.track is None and diagnosis.verdict is not Verdict.NONE:
+        yield from long_track(diagnosis)
+        yield from long_climb(diagnosis)
 
 
-def long_track(diagnosis: Diagnosis) -> Iterator[str]:
+def long_track(diagnosis: Diagnosis) -> Iterator[tuple[str, str]]:
     """A track along which the Earth's field changes by a fair share of the gap, while a single vector was given."""
-    problem, policy, gap = diagnosis.problem, diagnosis.problem.policy, diagnosis.gap
-    if problem.track is not None or "position" not in problem.inputs or diagnosis.verdict is Verdict.NONE:
-        return
-    length_m = float(np.hypot(*np.ptp(problem.state.pos_enu_m, axis=0)[:2]))
-    change_nT = policy.earth_gradient_nT_m * length_m
-    if change_nT > max(policy.fair_share * gap.structure_nT[0], gap.noise_nT):
-        yield (
-            f"The path is {digits(length_m / 1e3)} km long; along it the Earth's field changes by about "
-            f"{digits(change_nT)} nT, but a single field vector was given."
-        )
+    problem = diagnosis.problem
+    if "position" in problem.inputs:
+        length_m = float(np.hypot(*np.ptp(problem.state.pos_enu_m, axis=0)[:2]))
+        if change := _change(diagnosis, problem.policy.earth_gradient_nT_m * length_m):
+            yield (
+                f"The path is {digits(length_m / 1e3)} km long; along it {change}, but a single field vector was "
+                "given.",
+                f"Add the position of the log, --map {LATITUDE}=COLUMN --map {LONGITUDE}=COLUMN: the model's field "
+                "then follows IGRF along the track. Without a position, a named gradient may be the Earth's own.",
+            )
 
 
-def long_climb(diagnosis: Diagnosis) -> Iterator[str]:
+def long_climb(diagnosis: Diagnosis) -> Iterator[tuple[str, str]]:
     """A range of heights over which the Earth's dipole field changes, by ``3 F h / R``, a fair share of the gap."""
-    problem, policy, gap = diagnosis.problem, diagnosis.problem.policy, diagnosis.gap
-    if problem.track is not None or problem.relative or problem.still or diagnosis.verdict is Verdict.NONE:
-        return
-    climb_m = _climb_m(problem)
-    change_nT = 3 * float(np.linalg.norm(problem.state.field_enu_nT)) * climb_m / EARTH_RADIUS_M
-    if change_nT > max(policy.fair_share * gap.structure_nT[0], gap.noise_nT):
-        yield (
-            f"The log spans {digits(climb_m / 1e3)} km of height; over this range the Earth's field changes by about "
-            f"{digits(change_nT)} nT, but a single field was given."
-        )
+    problem = diagnosis.problem
+    if not (problem.relative or problem.still):
+        climb_m = _climb_m(problem)
+        strength_nT = float(np.linalg.norm(problem.state.field_enu_nT))
+        if change := _change(diagnosis, 3 * strength_nT * climb_m / EARTH_RADIUS_M):
+            yield (
+                f"The log spans {digits(climb_m / 1e3)} km of height; over this range {change}, but a single field was "
+                "given.",
+                f"State the model's [field] by {LATITUDE}, {LONGITUDE} and date, and add the height of the log, "
+                f"--map {ALTITUDE}=COLUMN: the model's field then follows IGRF with height. Without a height, an "
+                "effect rising or falling with height may be the Earth's own change.",
+            )
+
+
+def _change(diagnosis: Diagnosis, change_nT: float) -> str:
+    """A change of the Earth's field in words; empty where neither a fair share of the gap nor above the noise."""
+    gap, least = diagnosis.gap, diagnosis.problem.policy.fair_share * diagnosis.gap.structure_nT[0]
+    large = change_nT > max(least, gap.noise_nT)
+    return f"the Earth's field changes by about {digits(change_nT)} nT" if large else ""
 
 
 def _climb_m(problem: LinearProblem) -> float:
@@ -79,26 +92,20 @@ def _climb_m(problem: LinearProblem) -> float:
     return float(np.ptp(known)) if known.size else 0.0
 
 
-def strength_remark(diagnosis: Diagnosis) -> Iterator[str]:
-    """Model iron giving another strength than stated, where the strength alone is compared."""
-    if (mismatch := strength_mismatch(diagnosis.problem)) is not None:
+def iron_remark(diagnosis: Diagnosis) -> Iterator[str]:
+    """Model iron that does not fit, without being named, or that gives another strength than stated."""
+    problem = diagnosis.problem
+    if any(cause.kind is EvidenceKind.IRON for cause in diagnosis.named) or not problem.iron_known:
+        return
+    if (mismatch := strength_mismatch(problem)) is not None:
         yield (
             f"With the model's iron the field is {digits(mismatch.scale, 4)} times the stated strength, which leaves "
             f"{digits(mismatch.given_nT)} nT unexplained; refitted iron explains it. Either the strength or the "
             "sensor's scale is wrong. With refitted iron:"
         )
-
-
-def iron_remark(diagnosis: Diagnosis) -> Iterator[str]:
-    """Model iron that does not fit, or is missing, without being named."""
-    is_stated = (
-        any(cause.kind is EvidenceKind.IRON for cause in diagnosis.named)
-        or strength_mismatch(diagnosis.problem) is not None
-    )
-    if is_stated or not diagnosis.problem.iron_known:
         return
     given_nT, anew_nT = iron_residuals_nT(diagnosis)
-    if given_nT > diagnosis.problem.policy.clearly_larger * anew_nT:
+    if given_nT > problem.policy.clearly_larger * anew_nT:
         yield (
             f"The model leaves {digits(given_nT)} nT unexplained, but {digits(anew_nT)} nT with refitted hard and soft "
             "iron: the iron has changed. Calibrate again. With refitted iron:"
@@ -111,13 +118,13 @@ def iron_residuals_nT(diagnosis: Diagnosis) -> tuple[float, float]:
     Named effects are subtracted in vector mode: a motor's mean field is no iron.
     """
     problem = diagnosis.problem
-    used = problem.usable > 0
     if problem.mode == "vector":
         smooth = [effect for effect in diagnosis.model.chain() if not effect.traits.converter]
         given_nT = problem.recording.mag_nT - apply_deterministic(smooth, problem.state)[0]
+        used = problem.usable > 0
         return rms(given_nT[used]), rms(diagnosis.after_nT[used])
-    F = np.linalg.norm(problem.state.field_nT, axis=1)[used]
-    return rms(_strength_by_model_nT(problem)[used] - F), rms(_strength_by_fit_nT(problem)[used] - F)
+    by_model, anew, F = _strengths_nT(problem)
+    return rms(by_model - F), rms(anew - F)
 
 
 def axes_remark(diagnosis: Diagnosis) -> Iterator[str]:
@@ -230,41 +237,29 @@ def strength_mismatch(problem: LinearProblem) -> StrengthMismatch | None:
     """
     if problem.mode != "strength" or not problem.iron_known:
         return None
-    policy, used = problem.policy, problem.usable > 0
-    F = np.linalg.norm(problem.state.field_nT, axis=1)[used]
-    by_model, anew = (
-        strength_nT[used] for strength_nT in (_strength_by_model_nT(problem), _strength_by_fit_nT(problem))
-    )
+    policy, (by_model, anew, F) = problem.policy, _strengths_nT(problem)
     scale = float(by_model @ F / (F @ F))
-    given, scaled, best = (
-        float(((strength_nT - F * k) ** 2).mean()) for strength_nT, k in ((by_model, 1), (by_model, scale), (anew, 1))
-    )
+    given, scaled, best = (rms(left) ** 2 for left in (by_model - F, by_model - scale * F, anew - F))
     differs = given > policy.larger**2 * best and given - scaled > policy.nearly_all * (given - best)
     return StrengthMismatch(scale, given**0.5) if differs else None
 
 
-def _strength_by_model_nT(problem: LinearProblem) -> Array:
-    """``|A^-1 (m - b)|`` (n,) by the model's iron."""
-    predicted_nT = apply_deterministic(problem.effects, problem.state)[0]
+def _strengths_nT(problem: LinearProblem) -> tuple[Array, Array, Array]:
+    """``|A^-1 (m - b)|`` (m,) by the model's iron and by the fitted iron, and the field's strength, of used samples."""
+    predicted_nT, used = apply_deterministic(problem.effects, problem.state)[0], problem.usable > 0
     design = np.column_stack([problem.state.field_nT, np.ones(len(predicted_nT))])
     both = np.linalg.lstsq(design, predicted_nT, rcond=1e-9)[0]
-    return np.asarray(np.linalg.norm((problem.recording.mag_nT - both[3]) @ np.linalg.pinv(both[:3]), axis=1))
-
-
-def _strength_by_fit_nT(problem: LinearProblem) -> Array:
-    """``|A^-1 (m - b)|`` (n,) by the fitted iron."""
+    by_model_nT = (problem.recording.mag_nT - both[3]) @ np.linalg.pinv(both[:3])
     earth_nT = problem.recording.mag_nT - problem.beyond_nT - problem.offset_nT
-    return np.asarray(np.linalg.norm(earth_nT @ np.linalg.pinv(problem.turn).T, axis=1))
+    several_nT = (by_model_nT, earth_nT @ np.linalg.pinv(problem.turn).T, problem.state.field_nT)
+    by_model, anew, F = (np.linalg.norm(each_nT, axis=1)[used] for each_nT in several_nT)
+    return by_model, anew, F
 
 
 REMARKS: tuple[Callable[[Diagnosis], Iterator[str]], ...] = (
-    reference_remark,
-    long_track,
-    long_climb,
     time_unit_remark,
     axes_remark,
     mount_remark,
     rotation_remark,
-    strength_remark,
     iron_remark,
 )

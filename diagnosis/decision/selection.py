@@ -9,9 +9,7 @@ from functools import partial
 import numpy as np
 
 from diagnosis.decision.coloured_choice import choose_coloured
-from diagnosis.decision.first_forms import first_form_evidence
-from diagnosis.decision.forms import complete_forms
-from diagnosis.decision.motors import split_by_motor
+from diagnosis.decision.forms import complete_forms, first_form_evidence, split_by_motor
 from diagnosis.decision.white_choice import AcceptedEffect, RoundResult, choose_white, in_same_family, is_form_by_size
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.candidate_result import CandidateResult

@@ -9,7 +9,7 @@ import numpy as np
 
 from diagnosis.decision.remarks import remarks
 from diagnosis.evidence.active_parts import largest_part
-from diagnosis.evidence.candidate_result import TOO_LITTLE
+from diagnosis.evidence.candidate_result import BEHIND, TOO_LITTLE
 from diagnosis.problem.actuators import as_currents
 from diagnosis.result import Diagnosis, EvidenceKind, NamedEffect, Transfer, in_use
 from diagnosis.verdict import Verdict
@@ -97,10 +97,15 @@ def _largest(diagnosis: Diagnosis) -> str:
 
 
 def _nearest(diagnosis: Diagnosis) -> str:
-    """The best refused candidate with any evidence."""
+    """The best refused candidate with any evidence.
+
+    One that gains much by the noise model of all, but explains less of the gap than others, was not tested by itself.
+    """
     if not diagnosis.ranking or diagnosis.ranking[0].nats <= diagnosis.problem.policy.apart:
         return ""
     best = diagnosis.ranking[0]
+    if best.outcome == BEHIND:
+        return f"; the nearest candidate is {best.name}, which explains less of the gap than the candidates refused"
     why = "" if best.outcome == TOO_LITTLE else f" ({best.outcome})"
     return f"; the nearest candidate is {best.name}, {digits(best.nats)} of {digits(best.needed)} nats needed{why}"
 
@@ -112,15 +117,16 @@ def channel_curves(diagnosis: Diagnosis) -> list[NamedEffect]:
 
 def _curves(diagnosis: Diagnosis) -> str:
     """The channels of the curves, and the explained share of the gap."""
-    causes = channel_curves(diagnosis)
-    if not causes:
-        return ""
-    share, names = f"{diagnosis.gap.explained or 0.0:.0%} of the gap on held-out data", ", ".join(map(_channel, causes))
-    return f"; curves of {names} explain {share}" if len(causes) > 1 else f"; a curve of {names} explains {share}"
+    names = [driver_of(curve) for curve in channel_curves(diagnosis)]
+    share = f"{diagnosis.gap.explained or 0.0:.0%} of the gap on held-out data"
+    if len(names) > 1:
+        return f"; curves of {', '.join(names)} explain {share}"
+    return f"; a curve of {names[0]} explains {share}" if names else ""
 
 
-def _channel(cause: NamedEffect) -> str:
-    return cause.effect.required_inputs[-1]
+def driver_of(curve: NamedEffect) -> str:
+    """Name of the channel of a curve."""
+    return curve.effect.required_inputs[-1]
 
 
 def _logged_as(diagnosis: Diagnosis) -> dict[str, str]:

@@ -84,9 +84,14 @@ def find_misread_field(problem: LinearProblem) -> MisreadField | None:
     """
     if problem.mode != "vector" or problem.relative:
         return None
-    given = problem.state.field_enu_nT
-    before = _gap_nT(problem, given)
-    read = [MisreadField(how, S @ given, before, _gap_nT(problem, S @ given)) for how, S in MISREAD.items()]
+    given, used = problem.state.field_enu_nT, problem.usable > 0
+
+    def gap_nT(field_enu_nT: Array) -> float:
+        field_nT = to_body(problem.state.R_wb[used], field_enu_nT[None])
+        return gap_beside_iron_nT(problem.recording.mag_nT[used], field_nT)
+
+    before = gap_nT(given)
+    read = [MisreadField(how, S @ given, before, gap_nT(S @ given)) for how, S in MISREAD.items()]
     best = min(read, key=lambda reading: reading.after_nT)
     return best if best.after_nT * problem.policy.far_larger < before else None
 
@@ -164,9 +169,7 @@ def _east_nT(problem: LinearProblem, calibration: Array) -> Array | None:
     return np.asarray(rows @ least * (np.linalg.norm(F) * np.linalg.norm(calibration) / np.linalg.norm(D)))
 
 
-def _gap_nT(problem: LinearProblem, field_enu_nT: Array) -> float:
-    """Rms in nT of the measured field after a fit of a free matrix and offset."""
-    used = problem.usable > 0
-    base = np.column_stack([to_body(problem.state.R_wb, field_enu_nT[None]) / 1e4, np.ones(len(used))])[used]
-    mag_nT = problem.recording.mag_nT[used]
-    return rms(mag_nT - base @ np.linalg.lstsq(base, mag_nT, rcond=None)[0])
+def gap_beside_iron_nT(mag_nT: Array, field_nT: Array) -> float:
+    """Rms in nT of a measured field (n, 3) after a fit of a free matrix and offset to the field (n, 3) in the body."""
+    base = np.column_stack([field_nT / 1e4, np.ones(len(field_nT))])
+    return rms(mag_nT - base @ np.linalg.lstsq(base.T @ base, base.T @ mag_nT, rcond=1e-13)[0])

@@ -1,19 +1,26 @@
-"""The simulator's chain along the measured motion, with and without new effects."""
+"""The simulator's chain along the measured motion, with and without new effects, and iron fitted beside them."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.evidence.noise_model import NoiseModel
 from diagnosis.problem.linear import LinearProblem
+from diagnosis.problem.strength import strength_problem
+from diagnosis.problem.vector import fit_matrix, robust_fit
 from diagnosis.problem.vehicle_iron import fitted_iron
 from scenarios.arrays import Array
+from scenarios.errors import InputError
 from sim.chain import apply_deterministic
 from sim.effects.base import Effect
 from sim.effects.chain_position import insert_effects
+
+STEPS = 3
+"""Number of iron fits: each leaves the effects on the earth's field times the error of the previous iron."""
 
 
 def predict(problem: LinearProblem, new: Sequence[Effect]) -> Array:
@@ -21,77 +28,84 @@ def predict(problem: LinearProblem, new: Sequence[Effect]) -> Array:
 
     Unknown iron is replaced by the fitted base. The converter is left out: rounding and clipping have no slope.
     """
-    smooth = [effect for effect in insert_effects(_with_iron(problem), new) if not effect.traits.converter]
+    smooth = [effect for effect in insert_effects(with_iron(problem), new) if not effect.traits.converter]
     return apply_deterministic(smooth, problem.state)[0]
 
 
-def _with_iron(problem: LinearProblem) -> Sequence[Effect]:
+def with_iron(problem: LinearProblem) -> tuple[Effect, ...]:
     """The model's effects, with the iron of the fitted base where the model's is unknown."""
     return problem.effects if problem.iron_known else insert_effects(problem.effects, fitted_iron(problem))
 
 
-def residual_with_iron_refitted(
-    problem: LinearProblem, new: Sequence[Effect], train: NDArray[np.bool_], noise: NoiseModel | None = None
+def chain_residual(
+    problem: LinearProblem,
+    new: Sequence[Effect],
+    train: NDArray[np.bool_] | None = None,
+    noise: NoiseModel | None = None,
 ) -> Array:
-    """Measured minus predicted (n, 3) in units of the noise, with iron refitted next to new effects on `train` (n,).
+    """Measured minus predicted (n, 3) with new effects, in units of the noise.
 
-    Contributions added behind the iron are not turned by a correction of it; fields that pass the iron are. noise : of
-    a coloured residual, under which iron is refitted and the residual whitened; 0 outside `train`.
+    train : samples (n,) on which iron is refitted next to the new effects; None: the iron stays as it is. noise : of a
+    coloured residual, under which iron is refitted and the residual whitened; the residual is then 0 outside `train`.
     """
-    predicted_nT, base = predict(problem, new), _base(problem, [effect for effect in new if _passes_iron(effect)])
-    if noise is not None:
-        return _without_base(*_whitened(problem, problem.recording.mag_nT - predicted_nT, train, noise, base))
-    used = base * (train * problem.usable)[:, None]
-    off_nT = problem.recording.mag_nT - predicted_nT
-    beta = np.linalg.lstsq(used.T @ base, used.T @ off_nT, rcond=1e-13)[0]
-    return _residual(problem, predicted_nT + base @ beta)
+    off = (problem.recording.mag_nT - predict(problem, new)) / problem.sigma_nT
+    used = problem.usable if train is None else train * problem.usable
+    base = off[:, :0] if train is None else _base(problem, new)
+    if noise is None:
+        fitted = base @ _solved(base * used[:, None], base, off) if base.size else 0.0
+        return np.asarray((off - fitted) * problem.usable[:, None])
+    each = np.concatenate([off[:, :, None], np.repeat(base[:, None], 3, axis=1)], axis=2) * used[:, None, None]
+    z = noise.whitened(problem.state.time_s, used, each)[0].swapaxes(0, 1)
+    return np.column_stack([axis[:, 0] - axis[:, 1:] @ _solved(axis[:, 1:], axis[:, 1:], axis[:, 0]) for axis in z])
+
+
+def _solved(weighted: Array, base: Array, off: Array) -> Array:
+    """Coefficients of a base (n, p) for a residual (n,) or (n, q), by the weighted base (n, p)."""
+    return np.asarray(np.linalg.lstsq(weighted.T @ base, weighted.T @ off, rcond=1e-13)[0]) if base.size else off[:0]
 
 
 def _base(problem: LinearProblem, new: Sequence[Effect]) -> Array:
-    """The base (n, p) of a field changed by new effects before and behind the iron."""
-    if problem.still or not new:
+    """The base (n, p) of a field changed by new effects that pass the iron, which a correction of the iron turns."""
+    passing = [effect for effect in new if effect.stage == "field" or (effect.continuous and effect.stage == "sensor")]
+    if problem.still or not passing:
         return problem.base
-    iron = [effect for effect in _with_iron(problem) if effect.traits.absorbed]
-    passed_nT, _ = apply_deterministic(insert_effects(iron, new), problem.state)
+    iron = [effect for effect in with_iron(problem) if effect.traits.absorbed]
+    passed_nT, _ = apply_deterministic(insert_effects(iron, passing), problem.state)
     return np.column_stack([passed_nT / np.linalg.norm(problem.state.field_enu_nT), np.ones(len(passed_nT))])
 
 
-def _passes_iron(effect: Effect) -> bool:
-    return effect.stage == "field" or (effect.continuous and effect.stage == "sensor")
+def fit_iron_with_effects(problem: LinearProblem, effects: Sequence[Effect]) -> LinearProblem:
+    """Fit iron with the effects' contributions subtracted, on samples outside their windows if sufficient.
 
-
-def residual_with_model_iron(problem: LinearProblem, new: Sequence[Effect], noise: NoiseModel | None = None) -> Array:
-    """Measured minus predicted (n, 3) in units of the noise, with the iron of the model; whitened where it is coloured.
-
-    noise : of a coloured residual.
+    Unchanged where the model's iron is known.
     """
-    predicted_nT = predict(problem, new)
-    if noise is None:
-        return _residual(problem, predicted_nT)
-    every = np.ones(len(predicted_nT), np.bool_)
-    return _whitened(problem, problem.recording.mag_nT - predicted_nT, every, noise)[0]
+    acting = [effect.is_active(problem.state.time_s) for effect in effects if effect.active_s is not None]
+    use = ~np.logical_or.reduce([problem.usable == 0, *acting])
+    vector = problem.mode == "vector"
+    as_it_is = not vector and all(effect.stochastic for effect in effects)
+    if problem.iron_known or as_it_is or use.sum() < problem.policy.least_samples:
+        return problem
+    anew = problem
+    for _ in range(STEPS if vector else 1):  # no effect on the earth's field is known without attitude
+        known = replace(problem, effects=with_iron(anew), iron_known=True)
+        added_nT = predict(known, effects) - predict(known, ())
+        try:
+            anew = _with_iron_fitted(problem, problem.recording.mag_nT - added_nT, use)
+        except InputError:
+            break
+    return anew
 
 
-def _whitened(
-    problem: LinearProblem, off_nT: Array, train: NDArray[np.bool_], noise: NoiseModel, base: Array | None = None
-) -> tuple[Array, Array]:
-    """Whitened residual (n, 3) and base (n, 3, p) of each axis, 0 where not used."""
-    used = train * problem.usable
-    each = np.zeros((len(off_nT), 3, 0)) if base is None else np.repeat(base[:, None], 3, axis=1)
-    columns = np.concatenate([(off_nT / problem.sigma_nT)[:, :, None], each], axis=2) * used[:, None, None]
-    z, _ = noise.whitened(problem.state.time_s, used, columns)
-    return z[:, :, 0], z[:, :, 1:]
-
-
-def _without_base(residual: Array, base: Array) -> Array:
-    """A residual (n, 3) with a base (n, 3, p) of each axis fitted."""
-    fitted = [
-        B @ np.linalg.lstsq(B.T @ B, B.T @ y, rcond=1e-13)[0]
-        for y, B in zip(residual.T, base.swapaxes(0, 1), strict=True)
-    ]
-    return np.asarray(residual - np.column_stack(fitted))
-
-
-def _residual(problem: LinearProblem, predicted_nT: Array) -> Array:
-    difference = (problem.recording.mag_nT - predicted_nT) / problem.sigma_nT
-    return np.asarray(difference * problem.usable[:, None])
+def _with_iron_fitted(problem: LinearProblem, mag_nT: Array, use: NDArray[np.bool_]) -> LinearProblem:
+    """The problem with iron fitted to the samples `use` (n,) of a measured field (n, 3)."""
+    if problem.mode == "vector":
+        field_nT, base = problem.state.field_nT, problem.base[use]
+        clean_nT = base @ robust_fit(base, (mag_nT - problem.beyond_nT)[use], problem.policy)
+        turn = problem.turn if problem.still else fit_matrix(field_nT[use], clean_nT)
+        offset_nT = clean_nT.mean(axis=0) - turn @ field_nT[use].mean(axis=0)
+        return replace(problem, turn=turn, clean_nT=field_nT @ turn.T + offset_nT + problem.beyond_nT)
+    seen = replace(problem.recording, mag_nT=mag_nT).taken(use)
+    track = None if problem.track is None else problem.track.at(use)
+    level = None if problem.level is None else problem.level.at(use)
+    strength_nT = float(np.linalg.norm(problem.state.field_enu_nT))
+    return strength_problem(seen, strength_nT, problem.effects, problem.policy, track=track, level=level)

@@ -6,14 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from diagnosis.decision.conclusion import Conclusion
 from diagnosis.evidence.direct import DirectFinding
 from diagnosis.evidence.white_noise import missing_white_noise
 from diagnosis.problem.blocks import fit, inflation
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.repair.chain import residual_with_iron_refitted
+from diagnosis.repair.chain import chain_residual
 from diagnosis.repair.refinement import refine
 from diagnosis.result import EvidenceKind, GapSize, NamedEffect
 from scenarios.arrays import Array
@@ -43,12 +42,13 @@ class ModelledGap:
 
         Without effects and with a clean residual there is no gap: excess over the noise is chance.
         """
-        held = conclusion.selection.end.held_out_samples()
-        train, test = ~held & (problem.usable > 0), held & (problem.usable > 0)
+        selection, used = conclusion.selection, problem.usable > 0
+        held = selection.end.held_out_samples()
+        train, test = ~held & used, held & used
         if problem.mode == "vector":
-            before, after = _chain_residuals(problem, conclusion, train)
+            trained = refine(problem, _fitted_effects(conclusion), train, noise=conclusion.coloured_noise).effects
+            before, after = (chain_residual(problem, effects, train) for effects in (problem.left_out, trained))
         else:
-            selection = conclusion.selection
             before = selection.start.residual()
             after = selection.end.residual() if conclusion.accepted else before
         gap = GapSize.of(before[test], after[test], problem.sigma_nT, problem.policy)
@@ -66,13 +66,13 @@ def _refined_effects(problem: LinearProblem, conclusion: Conclusion) -> list[Nam
     V = inflation(end.sums, fit(end.sums, end.all_folds), problem.policy) if noise is None else 1.0
     every, refit = np.ones(len(problem.recording), bool), not problem.iron_known
     refined = refine(problem, _fitted_effects(conclusion), every, V, refit_iron=refit, noise=noise)
-    accepted = [(effect, EvidenceKind.HELD_OUT) for effect in conclusion.accepted]
-    accepted += [(effect, EvidenceKind.IRON) for effect in conclusion.iron]
+    found = [(effect, EvidenceKind.HELD_OUT) for effect in conclusion.accepted]
+    found += [(effect, EvidenceKind.IRON) for effect in conclusion.iron]
     named = []
-    for effect, spread, (found, how) in zip(refined.effects, refined.spread, accepted, strict=False):
-        nats, strength = found.evidence.nats, found.evidence.strength
-        cause = NamedEffect(effect, found.alternatives, how, nats, strength, spread, needed=found.needed)
-        named.append((cause, found.form_of or found.name))
+    for effect, spread, (one, kind) in zip(refined.effects, refined.spread, found, strict=False):
+        evidence = one.evidence
+        cause = NamedEffect(effect, one.alternatives, kind, evidence.nats, evidence.strength, spread, needed=one.needed)
+        named.append((cause, one.form_of or one.name))
     return _by_cause(problem, named, refined.effects[len(named) :])
 
 
@@ -84,13 +84,10 @@ def _by_cause(
     for effect, cause_name in named:
         key = (cause_name, effect.kind)
         by_cause[key] = _with_part(by_cause[key], effect) if key in by_cause else effect
-    signal_nT = problem.clean_nT
-    owners = [
-        key for key, cause in by_cause.items() if cause.effect.convention_columns(problem.state, signal_nT).shape[2]
-    ]
-    if owners and conventional:
-        owner = by_cause[owners[0]]
-        by_cause[owners[0]] = replace(owner, also=(*owner.also, *conventional))
+    for key, cause in by_cause.items() if conventional else ():
+        if cause.effect.convention_columns(problem.state, problem.clean_nT).shape[2]:
+            by_cause[key] = replace(cause, also=(*cause.also, *conventional))
+            break
     return list(by_cause.values())
 
 
@@ -119,9 +116,3 @@ def named_noise(conclusion: Conclusion, others: Sequence[NamedEffect]) -> list[N
     slow = [evidence.name for evidence in ranking if evidence.nats > problem.policy.apart]
     listed = () if noise.identified else slow[: problem.policy.listed_noises]
     return [NamedEffect(noise.effect, (*noise.alternatives, *listed), EvidenceKind.SPECTRUM, noise.gain, 0.0)]
-
-
-def _chain_residuals(problem: LinearProblem, conclusion: Conclusion, train: NDArray[np.bool_]) -> tuple[Array, Array]:
-    trained = refine(problem, _fitted_effects(conclusion), train, noise=conclusion.coloured_noise).effects
-    given = residual_with_iron_refitted(problem, problem.left_out, train)
-    return given, residual_with_iron_refitted(problem, trained, train)

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.problem.vehicle_iron import fitted_iron
-from diagnosis.repair.changed_effects import as_one
-from diagnosis.repair.iron import fit_iron_with_effects
+from diagnosis.repair.chain import chain_residual, fit_iron_with_effects
+from diagnosis.repair.refinement import refine
 from diagnosis.result import NamedEffect
 from recordings.channels import HEIGHT
+from scenarios.errors import InputError
 from scenarios.spec import FieldSpec, NavigationSpec
 from sim.effects import Effects, as_tables, of_sign
 from sim.effects.base import Effect
@@ -45,18 +48,15 @@ def patch_model(model: Model, named: Sequence[NamedEffect], problem: LinearProbl
     a vehicle becomes a `StandIn`, which the simulator can run.
     """
     new = [effect for named_effect in named for effect in named_effect.effects]
-    given = (
-        problem.effects
-        if problem.iron_known
-        else insert_effects(problem.effects, fitted_iron(fit_iron_with_effects(problem, new)))
-    )
+    iron = () if problem.iron_known else fitted_iron(fit_iron_with_effects(problem, new))
+    given = insert_effects(problem.effects, iron)
     if not any(effect.traits.sign == "white" for effect in given):
         own_nT = (
             problem.sigma_nT if problem.level is None else problem.sigma_nT[:1]
         )  # the dip has the noise of the strength
         x, y, z = (float(std) for std in np.resize(own_nT, 3))
         new.append(of_sign("white", (x, y, z)))
-    whole = as_one(_merge_equal(insert_effects(given, new), problem.state), problem)
+    whole = _as_one(_merge_equal(insert_effects(given, new), problem.state), problem)
     tables, order = as_tables(whole)
     changed = {"effects": Effects(tables), "effect_order": order}
     if isinstance(model, Scenario):
@@ -88,6 +88,38 @@ def _merge_equal(effects: Sequence[Effect], state: State) -> list[Effect]:
         else:
             merged.append(effect)
     return merged
+
+
+def _as_one(chain: Sequence[Effect], problem: LinearProblem) -> list[Effect]:
+    """Join two effects of one name in a chain, if one effect with other parameters leaves no more of the gap.
+
+    The model's lag and the lag named beside it are a single lag. Vector mode only.
+    """
+    joined = list(chain)
+    if problem.mode == "vector" and not (problem.still or problem.relative):
+        for own, change in _pairs(joined):
+            joined = _joined(joined, own, change, problem)
+    return joined
+
+
+def _pairs(chain: Sequence[Effect]) -> list[tuple[Effect, Effect]]:
+    """Effects of one name of which the chain has two, both linear in a size and acting throughout."""
+    able = sorted((effect for effect in chain if effect.linear and effect.active_s is None), key=lambda one: one.name)
+    of_name = (tuple(several) for _, several in itertools.groupby(able, key=lambda one: one.name))
+    return [(several[0], several[1]) for several in of_name if len(several) == 2]
+
+
+def _joined(chain: list[Effect], own: Effect, change: Effect, problem: LinearProblem) -> list[Effect]:
+    others = [effect for effect in chain if effect is not own and effect is not change]
+    about = replace(problem, effects=tuple(others), iron_known=True)
+    try:
+        sum_of_both = own.combine(own.coefficients() + change.coefficients(), **_nonlinear_values(own))
+    except InputError:  # beyond the effect's bounds
+        return chain
+    (one,) = refine(about, [sum_of_both], problem.usable > 0, refit_iron=False).effects
+    with_two, with_one = (float(np.square(chain_residual(about, new)).sum()) / 2 for new in ((own, change), (one,)))
+    kept = (one if effect is own else effect for effect in chain if effect is not change)
+    return list(kept) if with_one - with_two < problem.policy.apart else chain
 
 
 def _is_additive(effect: Effect, state: State) -> bool:

@@ -12,7 +12,7 @@ from calib.numerics.squares import SAME, Squares
 from diagnosis.evidence.noise_model import NoiseModel
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.repair.chain import residual_with_iron_refitted, residual_with_model_iron
+from diagnosis.repair.chain import chain_residual
 from scenarios.arrays import Array
 from scenarios.errors import InputError
 from sim.effects.base import Effect
@@ -62,12 +62,7 @@ def refine(
             effects = numbers.at(start + x * scale)
         except InputError:  # each number is within its bounds, but not all together
             return np.full(problem.target[use].size, IMPOSSIBLE)
-        remaining = (
-            residual_with_iron_refitted(problem, effects, use, noise)
-            if refit_iron
-            else residual_with_model_iron(problem, effects, noise)
-        )
-        return remaining[use].ravel()
+        return chain_residual(problem, effects, use if refit_iron else None, noise)[use].ravel()
 
     squares = Squares(residual)
     best = squares.least(np.zeros(len(start)), min(ROUNDS, 1 + CHAINS // len(start)))

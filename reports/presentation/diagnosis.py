@@ -10,8 +10,7 @@ import numpy as np
 
 from diagnosis.evidence.candidate_result import CandidateResult
 from diagnosis.evidence.start_transients import find_start_samples
-from diagnosis.repair.model_diff import model_diff
-from diagnosis.repair.written_model import written_model
+from diagnosis.repair.model_file import model_diff, written_model
 from diagnosis.result import Diagnosis, EvidenceKind, NamedEffect, Transfer, parameters
 from diagnosis.verdict import Verdict
 from reports.presentation.answer import PresentedAnswer, gap_cells

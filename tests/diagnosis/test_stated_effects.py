@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from diagnosis.problem.rates import attitude_at, attitude_course
-from diagnosis.repair.model_diff import model_diff
+from diagnosis.repair.model_file import model_diff
 from diagnosis.result import Diagnosis
 from diagnosis.workflow import diagnose
 from sim.scenario import ModelSpec

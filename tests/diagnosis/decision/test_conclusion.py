@@ -10,14 +10,7 @@ import numpy as np
 import pytest
 
 from diagnosis.decision import conclusion
-from diagnosis.decision.conclusion import (
-    REVISIONS,
-    Conclusion,
-    add_iron_changes,
-    add_slow_noise,
-    conclude,
-    drop_constants_within_wander,
-)
+from diagnosis.decision.conclusion import beyond_wander, conclude, is_form_error, slow_noise
 from diagnosis.decision.iron import absorbed_effects, iron_changes
 from diagnosis.decision.selection import (
     Selection,
@@ -152,31 +145,27 @@ def test_what_shrinks_beside_the_first_or_could_stand_for_it_is_its_form() -> No
     assert _with_form_owner(again, [replace(one, alternatives=())]).form_of is None
 
 
-def _believed(selection: Selection, **changes: object) -> Conclusion:
-    return replace(Conclusion(selection, selection.accepted), **changes)  # type: ignore[arg-type]
-
-
-def _wandering(selection: Selection, monkeypatch: pytest.MonkeyPatch, noise: SlowNoise | None) -> Conclusion:
-    """A belief whose rest is not clean, and wanders as told."""
-    monkeypatch.setattr("diagnosis.decision.conclusion.find_slow_noise", lambda problem, left: noise)
-    return add_slow_noise(_believed(replace(selection, after=LEFT)))
+def _wandering(selection: Selection, monkeypatch: pytest.MonkeyPatch, noise: SlowNoise | None) -> SlowNoise | None:
+    """What is concluded of a rest that is not clean, and wanders as told."""
+    monkeypatch.setattr(conclusion, "find_slow_noise", lambda problem, left: noise)
+    return slow_noise(replace(selection, after=LEFT), selection.accepted)
 
 
 def test_slow_noise_without_effects_needs_only_to_fit(nothing: Selection, monkeypatch: pytest.MonkeyPatch) -> None:
     vague = replace(NOISE, identified=False)
-    assert _wandering(nothing, monkeypatch, vague).noise is vague
-    assert _wandering(nothing, monkeypatch, replace(NOISE, fits=False)).noise is None
-    assert add_slow_noise(_believed(nothing)).noise is None
+    assert _wandering(nothing, monkeypatch, vague) is vague
+    assert _wandering(nothing, monkeypatch, replace(NOISE, fits=False)) is None
+    assert slow_noise(nothing, ()) is None
 
 
 def test_slow_noise_beside_effects_must_be_told_and_be_no_form(
     driven: Selection, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     loud = replace(driven, end=driven.start)
-    assert _wandering(loud, monkeypatch, NOISE).noise is NOISE
-    assert _wandering(loud, monkeypatch, replace(NOISE, identified=False)).noise is None
+    assert _wandering(loud, monkeypatch, NOISE) is NOISE
+    assert _wandering(loud, monkeypatch, replace(NOISE, identified=False)) is None
     large = replace(driven.accepted[0], evidence=replace(driven.accepted[0].evidence, strength=1e3))
-    assert _wandering(replace(loud, accepted=(large,)), monkeypatch, NOISE).noise is None
+    assert _wandering(replace(loud, accepted=(large,)), monkeypatch, NOISE) is None
 
 
 def test_what_is_left_beside_as_many_effects_as_are_looked_for_is_no_slow_noise(
@@ -186,60 +175,36 @@ def test_what_is_left_beside_as_many_effects_as_are_looked_for_is_no_slow_noise(
     most = driven.end.problem.policy.most_effects
     for number, noise in ((most - 1, NOISE), (most, None)):
         several = replace(driven, end=driven.start, accepted=driven.accepted * number)
-        assert _wandering(several, monkeypatch, NOISE).noise is noise
+        assert _wandering(several, monkeypatch, NOISE) is noise
 
 
-def test_iron_is_asked_only_where_the_model_knows_it() -> None:
+@pytest.fixture(scope="module")
+def moved() -> Selection:
+    """A selection of white noise beside another hard iron than the model's."""
     given = recording()
-    moved = replace(given, mag_nT=given.mag_nT + np.array([30.0, -20.0, 10.0]))
-    selection = select(problem(moved))
-    found = add_iron_changes(_believed(selection)).iron
+    return select(problem(replace(given, mag_nT=given.mag_nT + np.array([300.0, -200.0, 100.0]))))
+
+
+def test_iron_is_asked_only_where_the_model_knows_it(moved: Selection, nothing: Selection) -> None:
+    found = conclude(moved).iron
     assert len(found) == 1
     assert "hard_iron" in (found[0].name, *found[0].alternatives)
-    baseline = replace(selection.end, problem=replace(selection.end.problem, iron_known=False))
-    assert add_iron_changes(_believed(replace(selection, end=baseline))).iron == ()
+    unknown = replace(moved.end, problem=replace(moved.end.problem, iron_known=False))
+    assert conclude(replace(moved, end=unknown)).iron == ()
+    assert conclude(nothing).iron == ()
 
 
-def test_the_iron_of_the_model_itself_has_not_changed(nothing: Selection) -> None:
-    assert iron_changes(nothing).changes == ()
-
-
-def test_a_wander_takes_constants_with_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("diagnosis.decision.conclusion._excess_rms", lambda _: 2.0)
-    given = recording()
-    selection = select(problem(replace(given, mag_nT=given.mag_nT + np.array([30.0, -20.0, 10.0]))))
-    conclusion = add_iron_changes(_believed(selection))
-    assert drop_constants_within_wander(conclusion).iron == conclusion.iron
-    assert drop_constants_within_wander(replace(conclusion, noise=NOISE)).iron == ()
-    (one,) = conclusion.iron
+@pytest.mark.parametrize(("wander", "kept"), [(0.9, True), (1.1, False)])
+def test_a_wander_takes_constants_with_it_that_are_not_far_larger(wander: float, kept: bool, moved: Selection) -> None:
+    """A tenth of the change, more or less."""
+    (one,) = iron_changes(moved).changes
+    left = np.full(moved.start.problem.target.shape, np.hypot(1.0, wander * one.evidence.strength / 10))
+    end: Any = SimpleNamespace(problem=moved.end.problem, residual=lambda: left)
+    wandering = replace(moved, end=end)
     turn = Candidate(next(effect for effect in EFFECTS if effect.traits.absorbed and not effect.traits.constant))
     alike = AcceptedEffect(replace(one.evidence, candidate=turn), (one.name,))
-    assert drop_constants_within_wander(replace(conclusion, iron=(alike,), noise=NOISE)).iron == ()
     apart = replace(alike, alternatives=())
-    assert drop_constants_within_wander(replace(conclusion, iron=(apart,), noise=NOISE)).iron == (apart,)
-
-
-@pytest.mark.parametrize(("excess", "kept"), [(0.9, True), (1.1, False)])
-def test_a_constant_far_larger_than_a_wander_is_none_of_its(
-    excess: float, kept: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A tenth of it, more or less."""
-    given = recording()
-    selection = select(problem(replace(given, mag_nT=given.mag_nT + np.array([300.0, -200.0, 100.0]))))
-    told = replace(add_iron_changes(_believed(selection)), noise=NOISE)
-    monkeypatch.setattr(
-        "diagnosis.decision.conclusion._excess_rms", lambda _: excess * told.iron[0].evidence.strength / 10
-    )
-    assert bool(drop_constants_within_wander(told).iron) is kept
-
-
-def test_doubts_are_asked_in_their_order(driven: Selection) -> None:
-    assert conclude(driven).accepted == driven.accepted
-    assert (
-        REVISIONS.index(add_slow_noise)
-        < REVISIONS.index(add_iron_changes)
-        < REVISIONS.index(drop_constants_within_wander)
-    )
+    assert beyond_wander((one, alike, apart), wandering) == ((one, alike, apart) if kept else (apart,))
 
 
 def test_on_a_still_vehicle_everything_looks_like_iron() -> None:
@@ -255,6 +220,5 @@ def test_slow_noise_of_a_quarter_of_the_first_effect_is_its_form(left: float, fo
     """Of ten sigma; what is left is beyond the noise of a sample."""
     residual = np.full((9, 3), np.sqrt(1 + left**2))
     end = SimpleNamespace(residual=lambda: residual, problem=SimpleNamespace(policy=STANDARD))
-    first = SimpleNamespace(evidence=SimpleNamespace(strength=10.0))
-    one: Any = SimpleNamespace(selection=SimpleNamespace(end=end), accepted=[first])
-    assert conclusion._is_form_error(one) is form
+    first, selection = AcceptedEffect(replace(_evidence(DRIVEN, 500.0, 3), strength=10.0), ()), SimpleNamespace(end=end)
+    assert is_form_error(selection, first) is form  # type: ignore[arg-type]

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagnosis.decision import first_forms, selection
-from diagnosis.decision.joint_iron import select_jointly
+from diagnosis.decision import forms, selection
+from diagnosis.decision.second_passes import select_jointly
 from diagnosis.decision.selection import Selection
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.held_out import Evidence
@@ -68,7 +68,7 @@ def test_a_form_is_looked_for_a_decade_wider_than_the_plain_effect(relaxing: Rec
     posed = problem(relaxing)
     found = selection.Baseline.of(posed)
     members = selection.propose_candidates(posed, frozenset(BY_NAME) - {Hysteresis.name})
-    (one,) = first_forms.first_form_evidence(found, members, _any)
+    (one,) = forms.first_form_evidence(found, members, _any)
     given = dict(one.candidate.nonlinear)
     assert given["rounded_threshold_nT"] == pytest.approx(10 * given["threshold_nT"])
 
@@ -99,7 +99,7 @@ def test_a_bent_course_of_temperature_felt_late_is_found(monkeypatch: pytest.Mon
 def test_the_curve_of_what_only_rises_is_not_asked_for(temperature_degC: Callable[[Array], Array], asked: bool) -> None:
     given = recording(1500)
     posed = problem(replace(given, temperature_degC=temperature_degC(given.time_s)))
-    found = first_forms.first_form_evidence(selection.Baseline.of(posed), selection.propose_candidates(posed), _any)
+    found = forms.first_form_evidence(selection.Baseline.of(posed), selection.propose_candidates(posed), _any)
     assert (TemperatureOffset.name in {one.name for one in found}) is asked
 
 

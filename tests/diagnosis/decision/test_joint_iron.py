@@ -9,8 +9,8 @@ import pytest
 from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation
 
-from diagnosis.decision import joint_iron as jointly
-from diagnosis.decision.joint_iron import select_jointly
+from diagnosis.decision import second_passes as jointly
+from diagnosis.decision.second_passes import select_jointly
 from diagnosis.decision.selection import select
 from diagnosis.problem.formulation import pose
 from diagnosis.problem.linear import LinearProblem

@@ -8,23 +8,23 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
-from diagnosis.decision import late_attitude
 from diagnosis.decision.late_attitude import (
-    _attitude_spline,
-    _best_lead_s,
-    _gap_nT,
-    _gyro_agrees,
-    _known_attitude,
-    _late_effect,
-    _problem_with_lead,
+    attitude_in_time,
+    best_lead_s,
+    gyro_agrees,
+    is_late,
+    known_attitude,
+    lead_gap_nT,
 )
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose
 from diagnosis.problem.linear import LinearProblem
+from diagnosis.problem.rates import attitude_course
 from diagnosis.problem.track import FieldTrack
 from diagnosis.result import Diagnosis
 from diagnosis.verdict import Verdict
@@ -60,6 +60,10 @@ def posed(mag_nT: Array, att_q: Array) -> LinearProblem:
     return pose(Recording(time_s=TIME_S, mag_nT=mag_nT, att_q=att_q), FIELD_ENU_NT, 5e4, ())
 
 
+def course_of(problem: LinearProblem) -> CubicSpline:
+    return attitude_course(problem.recording.time_s, np.asarray(problem.recording.att_q))
+
+
 def found(mag_nT: Array, attitude_late_s: float = 0.0) -> Diagnosis:
     noise = NOISE_NT * np.random.default_rng(1).normal(size=mag_nT.shape)
     attitude = hand_q(TIME_S - attitude_late_s)
@@ -78,22 +82,22 @@ def test_a_late_attitude_is_moved_to_its_time_and_nothing_is_missing(late_s: flo
 def test_an_attitude_whose_lateness_varies_is_moved_by_its_mean() -> None:
     """What that leaves comes and goes with the turns, so that no name may be found for it."""
     late_s = 0.06 * (1 + 0.3 * np.random.default_rng(2).uniform(-1, 1, size=len(TIME_S)))
-    selection: Any = SimpleNamespace(start=Baseline.of(posed(field_at(TIME_S), hand_q(TIME_S - late_s))))
-    moved = _problem_with_lead(selection, None)
-    assert moved is not None
+    start = Baseline.of(posed(field_at(TIME_S), hand_q(TIME_S - late_s)))
+    selection: Any = SimpleNamespace(start=start, accepted=())
+    ((_, moved),) = attitude_in_time(selection)
     assert moved.corrections[0].words.startswith("The attitude comes 60")
 
 
 def test_the_lead_leaves_no_delay_of_its_own() -> None:
     """In a hand some microseconds show beside little noise."""
     problem = posed(field_at(TIME_S) + OFFSET_NT, hand_q(TIME_S - 0.0307))
-    assert _best_lead_s(problem, _attitude_spline(problem), 0.03) == pytest.approx(0.0307, abs=3e-6)
+    assert best_lead_s(problem, course_of(problem), 0.03) == pytest.approx(0.0307, abs=3e-6)
 
 
 def test_rows_of_an_unknown_attitude_are_not_reached_into() -> None:
     """The last rows of a slower attitude stand, and are left out."""
     problem = posed(field_at(TIME_S), hand_q(TIME_S)).without(np.arange(len(TIME_S)) >= len(TIME_S) - 5)
-    assert np.flatnonzero(~_known_attitude(problem, 0.1)).tolist() == list(range(len(TIME_S) - 8, len(TIME_S)))
+    assert np.flatnonzero(~known_attitude(problem, 0.1)).tolist() == list(range(len(TIME_S) - 8, len(TIME_S)))
 
 
 def test_the_lead_is_sought_in_the_field_along_the_track() -> None:
@@ -101,59 +105,56 @@ def test_the_lead_is_sought_in_the_field_along_the_track() -> None:
     mag_nT = to_body(matrix_from_q(hand_q(TIME_S)), FIELD_ENU_NT + change)
     track = FieldTrack((50.0, 10.0, 5e5), change, np.zeros(len(TIME_S)))
     problem = replace(posed(mag_nT, hand_q(TIME_S - 0.05)), track=track)
-    assert _gap_nT(problem, _attitude_spline(problem), 0.05) < 1.0
+    assert lead_gap_nT(problem, course_of(problem), 0.05) < 1.0
 
 
 def test_samples_that_are_no_measurements_do_not_count_for_the_lead() -> None:
     wrong = np.arange(len(TIME_S)) % 7 == 0
     problem = posed(field_at(TIME_S) + 1e4 * wrong[:, None], hand_q(TIME_S - 0.05)).without(wrong)
-    assert _gap_nT(problem, _attitude_spline(problem), 0.05) < 1.0
+    assert lead_gap_nT(problem, course_of(problem), 0.05) < 1.0
+
+
+def _selection(clean: bool, *accepted: tuple[Candidate, float, list[str]]) -> Any:
+    problem = SimpleNamespace(turns=True, policy=STANDARD, sigma_nT=np.full(3, NOISE_NT))
+    effects = [
+        SimpleNamespace(
+            name=candidate.name,
+            alternatives=alike,
+            evidence=SimpleNamespace(strength=strength, candidate=candidate),
+        )
+        for candidate, strength, alike in accepted
+    ]
+    return SimpleNamespace(start=SimpleNamespace(problem=problem), after=SimpleNamespace(clean=clean), accepted=effects)
+
+
+DELAY = Candidate(Latency, (("delay_s", 0.1),))
+FREE, IN_A_PART = Candidate(EddyCurrent), Candidate(EddyCurrent).at({ACTIVE_WINDOW.name: (20.0, 50.0)})
 
 
 @pytest.mark.parametrize(
-    ("clean", "by_lead", "moved"), [(True, 22.0, True), (True, 25.0, False), (False, 25.0, True), (False, 32.0, False)]
-)
-def test_a_lead_explains_what_free_coefficients_do_but_for_an_error_of_form(
-    clean: bool, by_lead: float, moved: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """These leave 20 of 100; an error of form is larger beside a colour."""
-    powers, there = iter((100.0, 20.0, by_lead)), SimpleNamespace()
-    script = {"_first_lead_s": 1.0, "_attitude_spline": None, "_best_lead_s": 1.0, "_with_lead": there}
-    for name, value in script.items():
-        monkeypatch.setattr(late_attitude, name, lambda *_, value=value: value)
-    monkeypatch.setattr(late_attitude, "_power_nT2", lambda baseline: next(powers))
-    monkeypatch.setattr(late_attitude.Baseline, "of", lambda problem: None)
-    problem = SimpleNamespace(policy=STANDARD, state=SimpleNamespace(interval_s=0.1))
-    start = SimpleNamespace(problem=problem, with_columns=lambda columns: None)
-    selection: Any = SimpleNamespace(start=start, after=SimpleNamespace(clean=clean))
-    named: Any = SimpleNamespace(columns=lambda problem: None)
-    assert (_problem_with_lead(selection, named) is there) is moved
-
-
-@pytest.mark.parametrize(
-    ("again", "strength", "clean", "kept"),
+    ("named", "again", "strength", "clean", "late"),
     [
-        ("eddy_current", 0.1, True, True),
-        ("latency", 0.1, True, True),
-        ("scale", 0.1, True, False),
-        ("eddy_current", 0.1, False, False),
-        ("eddy_current", 4.0, False, True),
+        (FREE, FREE, 0.1, True, False),
+        (FREE, DELAY, 0.1, True, False),
+        (FREE, Candidate(MotorCurrent), 0.1, True, True),
+        (FREE, FREE, 0.1, False, True),
+        (FREE, FREE, 4.0, False, False),
+        (DELAY, FREE, 4.0, False, True),
+        (IN_A_PART, FREE, 4.0, False, True),
     ],
 )
 def test_an_attitude_is_late_where_no_name_for_it_is_left(
-    again: str, strength: float, clean: bool, kept: bool, monkeypatch: pytest.MonkeyPatch
+    named: Candidate, again: Candidate, strength: float, clean: bool, late: bool
 ) -> None:
-    """Nor may what is found beside it be that name; where the lead varies, a small part of it is what that leaves."""
-    problem = SimpleNamespace(turns=True, policy=STANDARD, sigma_nT=np.full(3, NOISE_NT))
-    start, after = SimpleNamespace(problem=problem), SimpleNamespace(clean=clean)
-    eddy = SimpleNamespace(name="eddy_current", alternatives=[], evidence=SimpleNamespace(strength=10.0))
-    alike = ["eddy_current"] * (again == "latency")
-    other = SimpleNamespace(name=again, alternatives=alike, evidence=SimpleNamespace(strength=strength))
-    found = SimpleNamespace(accepted=[other], start=start)
-    for name, value in {"_late_effect": eddy, "_problem_with_lead": 1, "select_jointly": found}.items():
-        monkeypatch.setattr(late_attitude, name, lambda *_, value=value: value)
-    selection: Any = SimpleNamespace(without=frozenset(), start=start, after=after)
-    assert late_attitude.correct_late_attitude(selection) is (selection if kept else found)
+    """Nor may what is found beside it be that name; where the lead varies, a small part of it is what that leaves.
+
+    A delay, or an effect in a part of the run, is not free to be ahead of the field.
+    """
+    selection, other = (
+        _selection(clean, (named, 10.0, [])),
+        _selection(clean, (again, strength, ["eddy_current"] * (again is DELAY))),
+    )
+    assert is_late(selection, other) is late
 
 
 def test_a_late_magnetometer_stays_a_delay() -> None:
@@ -185,43 +186,6 @@ def test_time_stamps_are_asked_of_an_attitude_alone() -> None:
     assert diagnose(log, ModelSpec(), field_enu_nT=FIELD_ENU_NT, fitted_base=True).problem.corrections == ()
 
 
-@pytest.mark.parametrize(
-    ("named", "asked"),
-    [
-        (Candidate(EddyCurrent), True),
-        (Candidate(Latency, (("delay_s", 0.1),)), False),
-        (Candidate(EddyCurrent).at({ACTIVE_WINDOW.name: (20.0, 50.0)}), False),
-        (Candidate(MotorCurrent), False),
-    ],
-    ids=["free", "of one size", "in a part", "of no kin"],
-)
-def test_what_is_free_to_be_ahead_of_the_field_may_be_a_late_attitude(named: Candidate, asked: bool) -> None:
-    one = SimpleNamespace(evidence=SimpleNamespace(candidate=named))
-    selection: Any = SimpleNamespace(accepted=[one])
-    assert (_late_effect(selection) is one) is asked
-
-
-@pytest.mark.parametrize(
-    ("left", "by_gyro", "moved"), [(0.3, False, True), (0.4, False, False), (0.9, True, True), (1.1, True, False)]
-)
-def test_where_no_name_is_found_a_lead_must_lower_the_gap_as_a_misread_reference_does_or_be_the_gyros_too(
-    left: float, by_gyro: bool, moved: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    script = {
-        "_first_lead_s": 1.0,
-        "_attitude_spline": None,
-        "_best_lead_s": 1.0,
-        "_with_lead": "moved",
-        "_gyro_agrees": by_gyro,
-    }
-    for name, value in script.items():
-        monkeypatch.setattr(late_attitude, name, lambda *_, value=value: value)
-    monkeypatch.setattr(late_attitude, "_gap_nT", lambda problem, q_at, lead_s: left if lead_s else 1.0)
-    problem = SimpleNamespace(policy=STANDARD, state=SimpleNamespace(interval_s=0.1))
-    selection: Any = SimpleNamespace(start=SimpleNamespace(problem=problem))
-    assert (_problem_with_lead(selection, None) == "moved") is moved
-
-
 @pytest.mark.parametrize(("late_s", "agrees"), [(0.12, True), (0.16, True), (0.3, False), (0.0, False)])
 def test_a_gyro_says_by_how_much_an_attitude_is_late(late_s: float, agrees: bool) -> None:
     """The field is asked for a lead of 0.12 s; the gyro's rate is that of the true turn, the attitude's is late."""
@@ -229,14 +193,5 @@ def test_a_gyro_says_by_how_much_an_attitude_is_late(late_s: float, agrees: bool
     gyro_rad_s = np.zeros((len(TIME_S), 3))
     gyro_rad_s[1:-1] = (turn[:-2].inv() * turn[2:]).as_rotvec() / (TIME_S[2] - TIME_S[0])
     log = Recording(TIME_S, field_at(TIME_S), gyro_rad_s=gyro_rad_s, att_q=hand_q(TIME_S - late_s))
-    assert _gyro_agrees(pose(log, FIELD_ENU_NT, 5e4, ()), 0.12) is agrees
-    assert not _gyro_agrees(posed(field_at(TIME_S), hand_q(TIME_S - 0.12)), 0.12)
-
-
-@pytest.mark.parametrize("turns", [True, False])
-def test_only_an_attitude_that_shows_a_turn_can_be_late(turns: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    asked: list[object] = []
-    monkeypatch.setattr(late_attitude, "_problem_with_lead", lambda *given: asked.append(given))
-    selection: Any = SimpleNamespace(start=SimpleNamespace(problem=SimpleNamespace(turns=turns)), accepted=[])
-    assert late_attitude.correct_late_attitude(selection) is selection
-    assert bool(asked) is turns
+    assert gyro_agrees(pose(log, FIELD_ENU_NT, 5e4, ()), 0.12) is agrees
+    assert not gyro_agrees(posed(field_at(TIME_S), hand_q(TIME_S - 0.12)), 0.12)

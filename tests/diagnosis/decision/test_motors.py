@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagnosis.decision import motors
-from diagnosis.decision.motors import _motor_evidence, split_by_motor
+from diagnosis.decision import forms
+from diagnosis.decision.forms import motor_evidence, split_by_motor
 from diagnosis.decision.white_choice import AcceptedEffect
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.held_out import judge_candidate
@@ -109,8 +109,8 @@ def test_of_motors_that_run_alike_the_one_that_was_found_stays(
     found = judge_candidate(Baseline.of(posed), propose_candidates(posed, frozenset())["motor_current"])
     assert found is not None
     together = iter([900.0, 500.0, kept_nats, 500.0])
-    monkeypatch.setattr(motors, "judge_settings", lambda *_: replace(found, gain=500.0, V=1.0))
-    monkeypatch.setattr(motors, "inflation", lambda *_: 1.0)
+    monkeypatch.setattr(forms, "judge_settings", lambda *_: replace(found, gain=500.0, V=1.0))
+    monkeypatch.setattr(forms, "inflation", lambda *_: 1.0)
     monkeypatch.setattr(Baseline, "held_out_gain", lambda *_: next(together))
     settings = [found.candidate.at({"motor": motor}) for motor in posed.state.motors]
-    assert len(_motor_evidence(Baseline.of(posed), settings, found)) == kept
+    assert len(motor_evidence(Baseline.of(posed), settings, found)) == kept

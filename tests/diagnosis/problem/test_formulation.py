@@ -15,7 +15,7 @@ from diagnosis.problem.linear import LinearProblem, ReferenceCorrection
 from diagnosis.problem.rates import quieter_rate
 from diagnosis.problem.track import FieldTrack
 from diagnosis.problem.vector import with_attitude_std
-from diagnosis.repair.chain import residual_with_model_iron
+from diagnosis.repair.chain import chain_residual
 from scenarios.errors import InputError
 from sim.effects.base import Effect
 from sim.effects.currents import MotorCurrent
@@ -203,7 +203,7 @@ def test_iron_that_is_not_known_is_fitted_in_the_place_of_the_models() -> None:
     tables = {"hard_iron": {"offset_nT": [500.0, -300.0, 200.0]}, "white_noise": {"std_nT": [NOISE_NT] * 3}}
     model = ModelSpec.model_validate({"effects": tables, "field": {"enu_nT": FIELD_ENU_NT.tolist()}})
     off = {
-        known: residual_with_model_iron(pose_model(recording(), model, None, None, iron_known=known), ())
+        known: chain_residual(pose_model(recording(), model, None, None, iron_known=known), ())
         for known in (True, False)
     }
     assert np.sqrt((off[False] ** 2).mean()) == pytest.approx(1.0, rel=0.05)

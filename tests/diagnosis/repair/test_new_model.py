@@ -12,9 +12,9 @@ from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose
 from diagnosis.problem.level import Level
 from diagnosis.problem.linear import LinearProblem, ReferenceCorrection
+from diagnosis.repair.model_file import written_model
 from diagnosis.repair.new_model import patch_model
 from diagnosis.repair.refinement import refine
-from diagnosis.repair.written_model import written_model
 from diagnosis.result import EvidenceKind, NamedEffect
 from scenarios.nesting import parsed_toml
 from scenarios.toml import as_dict

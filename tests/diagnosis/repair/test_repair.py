@@ -11,7 +11,8 @@ import pytest
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import STANDARD
-from diagnosis.repair.chain import fitted_iron, predict, residual_with_iron_refitted, residual_with_model_iron
+from diagnosis.problem.vehicle_iron import fitted_iron
+from diagnosis.repair.chain import chain_residual, predict
 from diagnosis.repair.named_effects import _by_cause
 from diagnosis.repair.refinement import refine, variances, without_open_part
 from diagnosis.result import EvidenceKind, NamedEffect
@@ -83,7 +84,7 @@ def test_a_state_of_the_start_is_fitted_to_the_start() -> None:
     core = Hysteresis(**CORE)
     posed = problem(hidden={core.name: CORE})
     train = ~Baseline.of(posed, [Candidate.of(core).columns(posed)]).held_out_samples()
-    left = residual_with_iron_refitted(posed, refine(posed, [core], train).effects, train)
+    left = chain_residual(posed, refine(posed, [core], train).effects, train)
     assert np.abs(left[:20]).max() < 5
 
 
@@ -156,7 +157,7 @@ def test_without_a_model_what_is_fitted_predicts_the_measurement() -> None:
 def test_a_correction_of_the_iron_turns_what_is_ahead_of_it_or_follows_the_field(effect: Effect) -> None:
     """The model has no iron, of which the sensor has much: with it fitted only the noise is left."""
     values = {p.name: getattr(effect, p.name) for p in effect.parameters() if getattr(effect, p.name) is not None}
-    left = residual_with_iron_refitted(problem(hidden=IRON | {effect.name: values}), [effect], EVERY)
+    left = chain_residual(problem(hidden=IRON | {effect.name: values}), [effect], EVERY)
     assert np.sqrt((left**2).mean()) == pytest.approx(1.0, abs=0.05)
 
 
@@ -168,8 +169,8 @@ def test_iron_is_brought_into_its_bounds() -> None:
 
 def test_the_right_effect_takes_the_gap_away() -> None:
     posed = problem(hidden={DRIVEN.name: {DRIVEN.linear[0]: GAIN}})
-    for left in (residual_with_model_iron, lambda posed, new: residual_with_iron_refitted(posed, new, EVERY)):
-        before, after = (float((left(posed, new) ** 2).mean()) for new in ([], [TRUTH]))
+    for train in (None, EVERY):
+        before, after = (float((chain_residual(posed, new, train) ** 2).mean()) for new in ([], [TRUTH]))
         assert before > 1.5
         assert after == pytest.approx(1.0, abs=0.08)
 

@@ -18,7 +18,7 @@ from rerun.chunk import RrdReader
 
 import reports.outputs.diagnosis as outputs
 import reports.viewer.diagnosis as diagnosis_recording
-from diagnosis.repair.model_diff import model_diff
+from diagnosis.repair.model_file import model_diff
 from diagnosis.result import Diagnosis
 from diagnosis.verdict import Verdict
 from diagnosis.workflow import diagnose

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from diagnosis.repair.model_diff import lines_of_diff
+from diagnosis.repair.model_file import lines_of_diff
 from sim.effects import Effects, as_tables
 from sim.effects.iron import HardIron
 from sim.scenario import load
