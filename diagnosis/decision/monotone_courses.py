@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -72,14 +71,17 @@ def similar_channels(problem: LinearProblem, cause: NamedEffect) -> tuple[str, .
 
 
 def _similar_for_signal(problem: LinearProblem, cause: NamedEffect, signal_nT: Array) -> tuple[str, ...]:
-    """The channels similar to an effect's contribution for a signal (n, 3)."""
+    """The channels similar to the first principal component of an effect's contribution for a signal (n, 3)."""
     cut = Cut.of(len(problem.recording), problem.state.interval_s, problem.policy)
     effects = [effect for effect in cause.effects if effect.name == cause.name]  # a second jump is a part of its course
     parts = [effect.contribution(problem.state, signal_nT, np.random.default_rng(0), {}) for effect in effects]
-    course, jumps = _main_course(cut.means(np.sum(parts, axis=0))), cause.effect.search_role() == "moment"
+    added_nT, jumps = cut.means(np.sum(parts, axis=0)), cause.effect.search_role() == "moment"
+    components, size, _ = np.linalg.svd(added_nT - added_nT.mean(axis=0), full_matrices=False)
     alike = correlation if jumps else _rank_correlation  # the ranks of levels are a matter of their noise
-    names = [name for name, x in _channel_courses(problem) if alike(course, cut.means(x)) > problem.policy.nearly_all]
-    return tuple(names) if jumps or TIME in names else ()
+    courses = [(TIME, problem.state.time_s), *((driver.name, driver.x) for driver in find_drivers(problem))]
+    likeness = {name: alike(components[:, 0] * size[0], cut.means(x)) for name, x in courses}
+    names = tuple(name for name, share in likeness.items() if share > problem.policy.nearly_all)
+    return names if jumps or TIME in names else ()
 
 
 def monotone_channels(problem: LinearProblem) -> frozenset[str]:
@@ -87,17 +89,6 @@ def monotone_channels(problem: LinearProblem) -> frozenset[str]:
     cut = Cut.of(len(problem.recording), problem.state.interval_s, problem.policy)
     time_s, least = cut.means(problem.state.time_s), problem.policy.nearly_all
     return frozenset(name for name, x in channels(problem) if _rank_correlation(time_s, cut.means(x)) > least)
-
-
-def _channel_courses(problem: LinearProblem) -> Iterator[tuple[str, Array]]:
-    yield TIME, problem.state.time_s
-    yield from ((one.name, one.x) for one in find_drivers(problem))
-
-
-def _main_course(added_nT: Array) -> Array:
-    """The first principal component (m,) of a course (m, 3)."""
-    components, size, _ = np.linalg.svd(added_nT - added_nT.mean(axis=0), full_matrices=False)
-    return np.asarray(components[:, 0] * size[0])
 
 
 def _rank_correlation(first: Array, second: Array) -> float:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -40,6 +42,11 @@ class VerdictInput:
     where: tuple[ChannelShare, ...]
     residual: Array
     rise: RisingSpectrum | None = None
+
+    @cached_property
+    def left(self) -> tuple[ChannelShare, ...]:
+        """Channels that the residual follows."""
+        return localise(self.problem, self.residual)
 
     @property
     def noisy(self) -> bool:
@@ -83,9 +90,9 @@ def driver_unnamed(case: VerdictInput) -> str | None:
 
     A monotone channel counts as time; a weak driver passes for slow noise or for the iron that holds its mean.
     """
-    time = next((share.share for share in case.where if share.channel == TIME), 0.0)
-    driving = (share for share in case.where if share.channel not in monotone_channels(case.problem) | {TIME})
-    leading = next((share.channel for share in driving if share.share > time + case.problem.policy.little), None)
+    shares = {share.channel: share.share for share in case.where}
+    least, slow = shares.get(TIME, 0.0) + case.problem.policy.little, monotone_channels(case.problem) | {TIME}
+    leading = next((name for name, share in shares.items() if name not in slow and share > least), None)
     return None if leading is None else f"the gap follows {leading}, and no named effect does"
 
 
@@ -117,27 +124,27 @@ def channel_in_residual(case: VerdictInput) -> str | None:
     policy, explained = case.problem.policy, case.gap.explained
     if not case.where or explained is None:
         return None
-    left = {share.channel: (1 - explained) * share.share for share in localise(case.problem, case.residual)}
-    time, (first, *others) = left.get(TIME, 0.0), case.where
-    leading_others = [share for share in others if share.share > policy.half * first.share]
-    needed = {first.channel: max(policy.quarter * first.share, time)}
-    needed |= {share.channel: policy.quarter * share.share + time for share in leading_others}
-    other = needed.keys() - monotone_channels(case.problem)
-    following = [
-        channel for channel, least_share in needed.items() if channel in other and left.get(channel, 0.0) > least_share
-    ]
+    left = {share.channel: (1 - explained) * share.share for share in case.left}
+    time, first, slow = left.get(TIME, 0.0), case.where[0], monotone_channels(case.problem)
+
+    def follows(share: ChannelShare) -> bool:
+        own = policy.quarter * share.share
+        return left.get(share.channel, 0.0) > (max(own, time) if share is first else own + time)
+
+    leading = [share for share in case.where if share.share > policy.half * first.share]
+    following = [share.channel for share in leading if share.channel not in slow and follows(share)]
     return f"the residual still follows {', '.join(following)}" if following else None
 
 
 def motion_in_residual(case: VerdictInput) -> str | None:
     """Doubt where an effect acts during the motion leading the gap, and the residual follows the motion as well."""
-    left = localise(case.problem, case.residual)
-    if not (case.where and left) or left[0].channel != case.where[0].channel:
+    if not (case.where and case.left) or case.left[0].channel != case.where[0].channel:
         return None
-    leading = [(name, x) for name, x in channels(case.problem) if name == left[0].channel]
-    windows = [window for cause in case.named if (window := cause.effect.active_s) is not None]
-    acts = any(courses_on_within(case.problem, window, leading) for window in windows)
-    return f"acts while {left[0].channel} is on, and the residual follows it too" if acts else None
+    leading = case.where[0].channel
+    courses = [(name, x) for name, x in channels(case.problem) if name == leading]
+    windows = [cause.effect.active_s for cause in case.named if cause.effect.active_s is not None]
+    acts = any(courses_on_within(case.problem, window, courses) for window in windows)
+    return f"acts while {leading} is on, and the residual follows it too" if acts else None
 
 
 def iron_follows_a_channel(case: VerdictInput) -> str | None:
@@ -162,9 +169,9 @@ def at_its_bounds(case: VerdictInput) -> str | None:
 
 
 def _reaches_bound(effect: Effect) -> bool:
-    free = (parameter for parameter in effect.parameters() if parameter.role == "linear" and parameter.form == PLAIN)
-    values = ((parameter, np.asarray(getattr(effect, parameter.name))) for parameter in free)
-    return any(bool(((x <= parameter.low) | (x >= parameter.high)).any()) for parameter, x in values)
+    free = (p for p in effect.parameters() if p.role == "linear" and p.form == PLAIN)
+    values = ((p, np.asarray(getattr(effect, p.name))) for p in free)
+    return any(bool(((x <= p.low) | (x >= p.high)).any()) for p, x in values)
 
 
 def unnamed_channels(case: VerdictInput) -> set[str]:
@@ -214,11 +221,10 @@ def _may_be_one_channel(case: VerdictInput) -> bool:
 
     A curve of the rival channel may bend like the noise, and its zero may lie elsewhere: several causes are not shown.
     """
-    alike = [cause for cause in case.named if cause.rivals]
     rest = [cause for cause in case.named if not cause.rivals]
-    constant = [cause for cause in rest if cause.kind is EvidenceKind.IRON and cause.effect.traits.constant]
-    noise = [cause for cause in rest if cause.kind is EvidenceKind.SPECTRUM]
-    return len(alike) == 1 and len(constant) + len(noise) == len(rest)
+    constant = (cause.kind is EvidenceKind.IRON and cause.effect.traits.constant for cause in rest)
+    noise = (cause.kind is EvidenceKind.SPECTRUM for cause in rest)
+    return len(case.named) == len(rest) + 1 and all(map(operator.or_, constant, noise))
 
 
 RULES: tuple[tuple[Verdict, Rule], ...] = (
