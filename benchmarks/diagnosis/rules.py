@@ -117,7 +117,7 @@ NOTHING: Mapping[str, Mapping[str, Neutral]] = {
         "added_share": answer(1.0),
     },
     "decision.white_choice": {
-        "differs_by_form": answer(value=False),
+        "form_share": answer(0.0),
         "_select_in_family": lambda rule, family, policy: max(family, key=lambda one: one.gain),
     },
     "evidence.held_out": {"_at_own_size": argument(1), "search_price": answer(0.0), "refine_listed": argument(1)},

@@ -8,10 +8,9 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.decision.monotone_courses import monotone_channels
+from diagnosis.decision.monotone_courses import driving_channels
 from diagnosis.decision.remarks import reference_remarks
 from diagnosis.decision.sentence import channel_curves, driver_of
-from diagnosis.evidence.localise import TIME
 from diagnosis.evidence.slow_noise import is_attitude_error
 from diagnosis.problem.actuators import as_currents
 from diagnosis.problem.linear import LinearProblem
@@ -32,21 +31,17 @@ def advice_for(diagnosis: Diagnosis) -> tuple[str, ...]:
     return tuple(dict.fromkeys(line for advise in ADVICE for line in advise(diagnosis)))
 
 
-def correct_reference(diagnosis: Diagnosis) -> Iterator[str]:
-    """A misread field, a heading computed from the magnetometer, or a field that changes along the path."""
-    yield from (advice for _, advice in reference_remarks(diagnosis))
-
-
 def try_actuator(diagnosis: Diagnosis) -> Iterator[str]:
     """A recorded channel followed by the gap more than time may drive it; a monotone one resembles any slow course."""
-    problem = diagnosis.problem
-    time = next((share.share for share in diagnosis.where if share.channel == TIME), 0.0)
-    untried = _untried_channels(diagnosis) - monotone_channels(problem)
-    leading = [share for share in diagnosis.where[:TRIED_CHANNELS] if share.share > time + problem.policy.little]
-    followed = [share.channel for share in leading if share.channel in untried]
-    if followed and not diagnosis.verdict.explained and not channel_curves(diagnosis):
-        options = " ".join(f"--actuator {name}" for name in followed)
-        yield f"The gap follows {' and '.join(followed)}: try {options}."
+    if not (diagnosis.verdict.explained or channel_curves(diagnosis)):
+        first = {share.channel for share in diagnosis.where[:TRIED_CHANNELS]} & _untried_channels(diagnosis)
+        followed = [name for name in driving_channels(diagnosis.problem, diagnosis.where) if name in first]
+        if followed:
+            yield f"The gap follows {' and '.join(followed)}: try {_as_actuators(followed)}."
+
+
+def _as_actuators(names: Sequence[str]) -> str:
+    return " ".join(f"--actuator {name}" for name in names)
 
 
 def _untried_channels(found: Diagnosis) -> set[str]:
@@ -61,7 +56,7 @@ def find_mechanism(diagnosis: Diagnosis) -> Iterator[str]:
     curves = channel_curves(diagnosis)
     untried = [name for curve in curves if (name := driver_of(curve)) in _untried_channels(diagnosis)]
     if untried:
-        options = " ".join(f"--actuator {name}" for name in untried)
+        options = _as_actuators(untried)
         yield f"If {' or '.join(untried)} commands a current or a coil, add {options}: the effect can then be named."
     for curve in curves:
         name, traits = driver_of(curve), curve.effect.traits
@@ -80,18 +75,12 @@ def fly_other_motion(diagnosis: Diagnosis) -> Iterator[str]:
         )
 
 
-def separate_look_alikes(diagnosis: Diagnosis) -> Iterator[str]:
-    """Each class of look-alikes has its own test."""
-    yield from separation_advice(diagnosis.named)
-
-
 def separation_advice(named: Sequence[NamedEffect]) -> Iterator[str]:
     """For each named effect with look-alikes, how to distinguish them."""
     for cause in named:
         if cause.look_alikes:
-            ways = dict.fromkeys(
-                filter(None, (BY_NAME[name].traits.experiment for name in (cause.name, *cause.alternatives)))
-            )
+            experiments = (BY_NAME[name].traits.experiment for name in (cause.name, *cause.alternatives))
+            ways = dict.fromkeys(filter(None, experiments))
             yield f"{cause.name} may also be {', '.join(cause.look_alikes)}. To distinguish: {'; '.join(ways)}."
 
 
@@ -110,7 +99,7 @@ def turn_at_standstill(diagnosis: Diagnosis) -> Iterator[str]:
             acts, when = cause.effect.is_active(time_s), stretch.words
         else:
             continue
-        if diagnosis.problem.turns and (_is_at_rest(diagnosis.problem, acts) or _is_at_rest(diagnosis.problem, ~acts)):
+        if diagnosis.problem.turns and any(_is_at_rest(diagnosis.problem, part) for part in (acts, ~acts)):
             yield (
                 f"{cause.name} acts {when}, and the vehicle stands still during this part or outside it: steel or a "
                 "magnet near the standstill looks the same. To distinguish: turn the vehicle at this place too."
@@ -119,11 +108,11 @@ def turn_at_standstill(diagnosis: Diagnosis) -> Iterator[str]:
 
 def _is_at_rest(problem: LinearProblem, samples: NDArray[np.bool_]) -> bool:
     """Whether the field hardly turns in the sensor during some of the samples (n,)."""
-    if not samples.any():
-        return False
     field_nT = problem.state.field_nT[samples]
-    spread_nT = float(np.linalg.norm(field_nT.std(axis=0)))
-    return spread_nT < problem.policy.still_spread * float(np.linalg.norm(field_nT.mean(axis=0)))
+    if not len(field_nT):
+        return False
+    spread_nT, mean_nT = (float(np.linalg.norm(part)) for part in (field_nT.std(axis=0), field_nT.mean(axis=0)))
+    return spread_nT < problem.policy.still_spread * mean_nT
 
 
 def suspect_navigation(diagnosis: Diagnosis) -> Iterator[str]:
@@ -187,11 +176,11 @@ def log_more_channels(diagnosis: Diagnosis) -> Iterator[str]:
 
 Advise = Callable[[Diagnosis], Iterator[str]]
 ADVICE: tuple[Advise, ...] = (
-    correct_reference,
+    lambda diagnosis: (advice for _, advice in reference_remarks(diagnosis)),
     try_actuator,
     find_mechanism,
     fly_other_motion,
-    separate_look_alikes,
+    lambda diagnosis: separation_advice(diagnosis.named),
     turn_at_standstill,
     suspect_navigation,
     log_rotating_parts,

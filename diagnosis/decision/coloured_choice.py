@@ -11,7 +11,7 @@ from diagnosis.decision.white_choice import (
     AcceptedEffect,
     RoundResult,
     alternatives_to,
-    in_same_family,
+    is_as_good,
     is_channel_equivalent,
     select_simplest,
 )
@@ -21,7 +21,6 @@ from diagnosis.evidence.candidate_test import (
     CandidateFit,
     ColouredBaseline,
     explains_along_field,
-    find_look_alikes,
     gain_along_field,
     share_along_field,
 )
@@ -75,15 +74,22 @@ def choose_coloured(
     tried = sorted((screening.best_fit(index, beside) for index in order[:most]), key=lambda fit: -fit.gain)
     tried = [*_stronger_in_window(windowed, tried, beside, baseline), *tried]
     trials = _run_trials(CandidateTest(baseline, beside, start, is_clean, find_next), tried)
-    inflation, needed = (trials[-1].inflation, trials[-1].needed) if trials else (1.0, policy.coloured_nats)
-    tested = [CandidateResult(each.fit.evidence, each.nats, each.needed, each.refusal) for each in trials]
-    untested = [CandidateResult(fit.evidence, fit.gain / inflation, needed, "") for fit in tried[len(trials) :]]
+    inflation = trials[-1].inflation if trials else 1.0
     screened = [
         CandidateResult(screening.candidates[i], float(screening.nats[i]) / inflation, policy.coloured_nats, "")
         for i in order[most:]
     ]
     chosen = _accepted_effect(trials, tried, beside, screening.candidates)
-    return RoundResult.of(chosen, [*tested, *untested, *screened])
+    return RoundResult.of(chosen, [*_results(trials, tried), *screened])
+
+
+def _results(trials: Sequence[CandidateTrial], tried: Sequence[CandidateFit]) -> list[CandidateResult]:
+    """Results of the fitted candidates; the untested ones have the inflation and the need of the last test."""
+    tests = (trials[min(i, len(trials) - 1)] for i in range(len(tried)))
+    return [
+        CandidateResult(fit.evidence, fit.gain / test.inflation, test.needed, test.refusal if test.fit is fit else "")
+        for fit, test in zip(tried, tests, strict=True)
+    ]
 
 
 def _stronger_in_window(
@@ -125,10 +131,9 @@ class CandidateTrial:
     refusal: str
     attitude_suffices: bool = False
 
-    @property
-    def nats(self) -> float:
-        """Evidence in nats."""
-        return self.fit.gain / self.inflation
+    def inflated(self, fit: CandidateFit) -> Evidence:
+        """Evidence of a fit with the inflation of this test."""
+        return replace(fit.evidence, gain=fit.gain, V=self.inflation)
 
 
 @dataclass(frozen=True)
@@ -259,38 +264,37 @@ def _accepted_effect(
     beside: ColouredBaseline,
     ranking: Sequence[Evidence],
 ) -> AcceptedEffect | None:
-    """The accepted candidate, or the simplest equivalent one, with its look-alikes.
+    """The accepted candidate, or the simplest of those as good, with its look-alikes.
 
     Attitude errors are look-alikes where these suffice.
     """
     if not trials or trials[-1].refusal:
         return None
     trial, policy = trials[-1], beside.rows.policy
-    refused = {trial.fit for trial in trials if trial.refusal}
-    others = [fit for fit in tried if fit not in refused and fit is not trial.fit]
-    chance = policy.apart * trial.inflation
-    alike = find_look_alikes(trial.fit, others, beside, chance, policy.same_coloured) if trial.coloured else []
-    equivalent = _equivalent_fits(trial, others, beside, chance)
-    close = {fit: replace(fit.evidence, gain=fit.gain, V=trial.inflation) for fit in (*equivalent, *alike)}
-    chosen = select_simplest([close[fit] for fit in equivalent], policy)
+    as_good, alike = _close_candidates(trial, tried[len(trials) :], beside)
+    chosen = select_simplest(as_good, policy)
     turns = [evidence.name for evidence in ranking if trial.attitude_suffices and evidence.name in TURNS]
-    names = dict.fromkeys((*alternatives_to(chosen, list(close.values()), policy), *turns))
+    names = dict.fromkeys((*alternatives_to(chosen, [*as_good, *alike], policy), *turns))
     return AcceptedEffect(chosen, tuple(name for name in names if name != chosen.name), trial.needed)
 
 
-def _equivalent_fits(
-    trial: CandidateTrial, others: Sequence[CandidateFit], beside: ColouredBaseline, chance: float
-) -> list[CandidateFit]:
-    """The best with all candidates of equal gain by chance, or but for a form error within its family or contents."""
-    policy, best = beside.rows.policy, trial.fit
-    contents = best.evidence.candidate.effect.traits.contains
-    form = policy.same_family_coloured if trial.coloured else policy.same_family
-    simpler = policy.same_family if trial.coloured or trial.attitude_suffices else policy.same_constant
-    near = (
-        (others, 0.0),
-        ([fit for fit in others if in_same_family(fit.evidence, best.evidence)], form),
-        ([fit for fit in others if fit.evidence.name in contents], simpler),
-    )
-    alike = [fit for group, share in near for fit in find_look_alikes(best, group, beside, chance, share)]
-    slow = [fit for fit in others if is_channel_equivalent(fit.evidence, best.evidence, policy)]
-    return list(dict.fromkeys([best, *alike, *slow]))
+def _close_candidates(
+    trial: CandidateTrial, untested: Sequence[CandidateFit], beside: ColouredBaseline
+) -> tuple[list[Evidence], list[Evidence]]:
+    """The best with the candidates as good, and further look-alikes in coloured noise; all useless beside the best."""
+    policy, best, gain = beside.rows.policy, trial.inflated(trial.fit), trial.fit.gain
+    if trial.coloured:
+        form, simpler, near = policy.same_family_coloured, policy.same_family, policy.same_coloured
+    else:
+        form, near = policy.same_family, 0.0
+        simpler = policy.same_family if trial.attitude_suffices else policy.same_constant
+    as_good, alike = [best], []
+    for fit in untested:
+        evidence = trial.inflated(fit)
+        good, close = is_as_good(evidence, best, policy, form, simpler), gain - fit.gain < near * gain
+        useless = (good or close) and beside.remaining_share(fit, trial.fit) < policy.half
+        if (good and useless) or is_channel_equivalent(evidence, best, policy):
+            as_good.append(evidence)
+        elif useless:
+            alike.append(evidence)
+    return as_good, alike

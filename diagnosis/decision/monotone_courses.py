@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 from scipy.stats import spearmanr
 
 from diagnosis.evidence.channels_in_window import channels_on_within, correlation
-from diagnosis.evidence.localise import TIME, channels
+from diagnosis.evidence.localise import TIME, ChannelShare, channels
 from diagnosis.library.drivers import find_drivers
 from diagnosis.problem.actuators import as_currents
 from diagnosis.problem.blocks import Cut
@@ -89,6 +90,13 @@ def monotone_channels(problem: LinearProblem) -> frozenset[str]:
     cut = Cut.of(len(problem.recording), problem.state.interval_s, problem.policy)
     time_s, least = cut.means(problem.state.time_s), problem.policy.nearly_all
     return frozenset(name for name, x in channels(problem) if _rank_correlation(time_s, cut.means(x)) > least)
+
+
+def driving_channels(problem: LinearProblem, where: Sequence[ChannelShare]) -> list[str]:
+    """Channels that a gap follows, by `where`, a little more than time; a monotone channel counts as time."""
+    shares, slow = {share.channel: share.share for share in where}, monotone_channels(problem) | {TIME}
+    least = shares.get(TIME, 0.0) + problem.policy.little
+    return [name for name, share in shares.items() if share > least and name not in slow]
 
 
 def _rank_correlation(first: Array, second: Array) -> float:

@@ -27,8 +27,12 @@ class Screening:
     @classmethod
     def of(cls, candidates: Sequence[Evidence], coloured_baseline: ColouredBaseline, baseline: Baseline) -> Screening:
         """Screen candidates with the noise model of the baseline."""
-        columns, within = _binned(candidates, coloured_baseline, baseline)
-        return cls(candidates, columns, within, coloured_baseline.screening_gains(columns) + within)
+        rows, problem, columns, within = coloured_baseline.rows, baseline.problem, [], []
+        for evidence in candidates:  # whole columns are large: one candidate at a time
+            whole = evidence.candidate.columns(problem)
+            columns.append(rows.bin(whole))
+            within.append(gain_within(problem, rows, baseline.accepted_columns, whole))
+        return cls(candidates, columns, np.array(within), coloured_baseline.screening_gains(columns) + within)
 
     def order(self, baseline: Baseline, start: Baseline) -> list[int]:
         """Index of one candidate for each name, by decreasing nats, with negligible shares of the gap last.
@@ -42,15 +46,13 @@ class Screening:
     def best_fit(self, index: int, coloured_baseline: ColouredBaseline) -> CandidateFit:
         """Fit an effect with its own noise model, at the setting of largest gain."""
         name = self.candidates[index].name
-        indices = [index for index, candidate in enumerate(self.candidates) if candidate.name == name]
         fits = [
-            coloured_baseline.fit_candidate(self.candidates[index], self.columns[index], self.within[index])
-            for index in indices
+            coloured_baseline.fit_candidate(*each)
+            for each in zip(self.candidates, self.columns, self.within, strict=True)
+            if each[0].name == name
         ]
-        (best,) = best_of_each_name(
-            [name] * len(indices), np.array([fit.gain for fit in fits]), coloured_baseline.rows.policy
-        )
-        return fits[best]
+        gains = np.array([fit.gain for fit in fits])
+        return fits[best_of_each_name([name] * len(fits), gains, coloured_baseline.rows.policy)[0]]
 
 
 def best_of_each_name(names: Sequence[str], nats: Array, policy: Policy) -> list[int]:
@@ -64,15 +66,3 @@ def best_of_each_name(names: Sequence[str], nats: Array, policy: Policy) -> list
         if nats[i] > nats[before] + max(policy.apart, policy.same_coloured * nats[before]):
             best[name] = i
     return list(best.values())
-
-
-def _binned(
-    ranking: Sequence[Evidence], coloured_baseline: ColouredBaseline, baseline: Baseline
-) -> tuple[list[Array], Array]:
-    """Columns of candidates in binned rows, and the nats (m,) each gains between the samples of a row."""
-    columns, within = [], np.zeros(len(ranking))
-    for i, evidence in enumerate(ranking):
-        whole = evidence.candidate.columns(baseline.problem)
-        columns.append(coloured_baseline.rows.bin(whole))
-        within[i] = gain_within(baseline.problem, coloured_baseline.rows, baseline.accepted_columns, whole)
-    return columns, within

@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from diagnosis.decision.monotone_courses import monotone_channels
+from diagnosis.decision.monotone_courses import driving_channels, monotone_channels
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.channel_following import find_followed_channel
 from diagnosis.evidence.channels_in_window import courses_on_within
@@ -88,11 +88,9 @@ def _decisive_doubts(case: VerdictInput, verdict: Verdict) -> tuple[NameDoubt, .
 def driver_unnamed(case: VerdictInput) -> str | None:
     """Doubt where only iron, noise or steps are named, and the gap follows a channel more than time.
 
-    A monotone channel counts as time; a weak driver passes for slow noise or for the iron that holds its mean.
+    A weak driver passes for slow noise or for the iron that holds its mean.
     """
-    shares = {share.channel: share.share for share in case.where}
-    least, slow = shares.get(TIME, 0.0) + case.problem.policy.little, monotone_channels(case.problem) | {TIME}
-    leading = next((name for name, share in shares.items() if name not in slow and share > least), None)
+    leading = next(iter(driving_channels(case.problem, case.where)), None)
     return None if leading is None else f"the gap follows {leading}, and no named effect does"
 
 

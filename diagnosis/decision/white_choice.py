@@ -63,15 +63,27 @@ def accept_best(ranking: Sequence[Evidence], policy: Policy, *, clean: bool = Tr
     needed = policy.accepted(len(EFFECTS)) if clean else policy.coloured_nats
     if not ranking or ranking[0].nats <= needed:
         return None
-    best = ranking[0]
-    as_good = [
-        evidence
-        for evidence in ranking
-        if not evidence.is_behind(best, policy) or differs_by_form(evidence, best, policy.same_family)
-    ]
-    close = [evidence for evidence in as_good if evidence.nats > policy.apart]
+    best, form = ranking[0], policy.same_family
+    alike = [evidence for evidence in ranking if is_as_good(evidence, best, policy, form, form)]
+    close = [evidence for evidence in alike if evidence.nats > policy.apart]
     chosen = select_simplest(close, policy)
     return AcceptedEffect(chosen, alternatives_to(chosen, close, policy), needed)
+
+
+def is_as_good(candidate: Evidence, best: Evidence, policy: Policy, form: float, simpler: float) -> bool:
+    """Whether a candidate gains as much as the best but for chance, or but for a form error.
+
+    form, simpler : share of the best gain by which the best's family, or an effect that the best contains, may gain
+    less.
+    """
+    margin = max(policy.apart * best.V, form_share(candidate, best, form, simpler) * best.gain)
+    return best.gain - candidate.gain <= margin
+
+
+def form_share(candidate: Evidence, best: Evidence, form: float, simpler: float) -> float:
+    """Share of the best gain that a form error may cost a candidate: `form` in a family, `simpler` for contents."""
+    contained = candidate.name in best.candidate.effect.traits.contains
+    return max(form if in_same_family(candidate, best) else 0.0, simpler if contained else 0.0)
 
 
 def alternatives_to(chosen: Evidence, close: Sequence[Evidence], policy: Policy) -> tuple[str, ...]:
@@ -155,12 +167,6 @@ def _select_in_family(family: Sequence[R], policy: Policy) -> R:
         (candidate for candidate in near if most - candidate.gain < policy.apart),
         key=lambda candidate: CHAIN_ORDER.index(candidate.name),
     )
-
-
-def differs_by_form(candidate: Evidence, best: Evidence, share: float) -> bool:
-    """Whether the best is of the candidate's family, or contains the candidate, and gains only a form error more."""
-    near = in_same_family(candidate, best) or candidate.name in best.candidate.effect.traits.contains
-    return near and candidate.gain > (1 - share) * best.gain
 
 
 def is_channel_equivalent(candidate: Evidence, best: Evidence, policy: Policy) -> bool:

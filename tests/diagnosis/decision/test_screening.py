@@ -21,7 +21,9 @@ def test_a_fuller_form_is_taken_from_the_start_where_it_gains_more_by_an_error_o
 
 
 def test_a_first_look_counts_what_is_gained_between_the_samples_of_a_row(monkeypatch: pytest.MonkeyPatch) -> None:
-    coloured_baseline: Any = SimpleNamespace(screening_gains=lambda columns: np.array([3.0, 5.0]))
-    monkeypatch.setattr(first_look, "_binned", lambda *_: ([None, None], np.array([4.0, 0.0])))
-    nothing: Any = None
-    assert list(Screening.of([nothing, nothing], coloured_baseline, nothing).nats) == [7.0, 5.0]
+    rows, within = SimpleNamespace(bin=lambda whole: whole), iter([4.0, 0.0])
+    coloured_baseline: Any = SimpleNamespace(rows=rows, screening_gains=lambda columns: np.array([3.0, 5.0]))
+    monkeypatch.setattr(first_look, "gain_within", lambda *_: next(within))
+    baseline: Any = SimpleNamespace(problem=None, accepted_columns=())
+    evidence: Any = SimpleNamespace(candidate=SimpleNamespace(columns=lambda problem: None))
+    assert list(Screening.of([evidence, evidence], coloured_baseline, baseline).nats) == [7.0, 5.0]
