@@ -44,6 +44,10 @@ class Selection:
     results: tuple[CandidateResult, ...]
     without: frozenset[str]
 
+    def beside(self, end: Baseline, names: Sequence[str]) -> Selection:
+        """The selection beside another baseline, which holds the columns of effects of these names."""
+        return replace(self, end=end, after=tests_with_effects(end, names))
+
 
 def select(
     problem: LinearProblem, without: frozenset[str] = frozenset(), say: Progress = lambda what: None
@@ -52,33 +56,30 @@ def select(
 
     without : names left out of the library (the bench's leave-one-out).
     """
-    start = baseline = Baseline.of(problem)
-    before = after = residual_tests(baseline, ())
+    start = Baseline.of(problem)
+    before = residual_tests(start, ())
+    selection = Selection((), start, start, before, before, (), without)
     # slow errors stated by the model resemble effects
-    if before.clean and within_stated_errors(problem, baseline.residual()):
-        return Selection((), start, start, before, before, (), without)
+    if before.clean and within_stated_errors(problem, start.residual()):
+        return selection
     candidates = propose_candidates(problem, without)
-    accepted: list[AcceptedEffect] = []
-    first: tuple[CandidateResult, ...] = ()
     for number in range(problem.policy.most_effects):
-        if accepted and after.clean:
+        if selection.accepted and selection.after.clean:
             break
         say(f"candidates, round {number + 1}")
-        round_result = _choose(baseline, candidates, accepted, start, after)
-        first, chosen = first or round_result.results, round_result.chosen
+        found = _choose(selection, candidates)
+        chosen, selection = found.chosen, replace(selection, results=selection.results or found.results)
         if chosen is None:
-            after = _final_tests(after, baseline, accepted)
-            break
-        if _is_no_new_cause(chosen, accepted, first, baseline):
-            form, chosen = chosen, _next_after_form(baseline, candidates, accepted, start, chosen, first)
+            return replace(selection, after=_final_tests(selection.after, selection.end, selection.accepted))
+        if _is_no_new_cause(chosen, selection):
+            form, chosen = chosen, _next_after_form(selection, candidates, chosen)
             if chosen is None:
-                accepted = _with_look_alike(accepted, form)
-                break
-        accepted = _refit_settings(chosen, accepted, candidates, start)
+                return replace(selection, accepted=tuple(_with_look_alike(selection.accepted, form)))
+        accepted = _refit_settings(chosen, selection.accepted, candidates, start)
         accepted.append(_with_form_owner(chosen, accepted))
-        baseline = start  # frees the columns of the last baseline
-        accepted, baseline, after = _complete(accepted, start)
-    return Selection(tuple(accepted), start, baseline, before, after, first, without)
+        selection = replace(selection, accepted=tuple(accepted), end=start)  # frees the columns of the last baseline
+        selection = _completed(selection)
+    return selection
 
 
 def choose_windows_again(selection: Selection) -> Selection:
@@ -89,52 +90,40 @@ def choose_windows_again(selection: Selection) -> Selection:
         return selection
     candidates = propose_candidates(start.problem, selection.without)
     for i in switched:
-        others = [*out[:i], *out[i + 1 :]]
+        others = (*out[:i], *out[i + 1 :])
         beside = start.with_all(other.columns(start.problem) for other in others)
-        tests = tests_with_effects(beside, effect_names(others))
-        out[i] = _choose(beside, candidates, others, start, tests, alone=True).chosen or out[i]
-    accepted, end, after = _complete(out, start)
+        without_it = replace(selection, accepted=others).beside(beside, effect_names(others))
+        out[i] = _choose(without_it, candidates, alone=True).chosen or out[i]
+    return _completed(replace(selection, accepted=tuple(out)))
+
+
+def _completed(selection: Selection) -> Selection:
+    """The selection with its effects split by motor and with fuller forms, and the baseline and tests beside these."""
+    start, tests = selection.start, partial(tests_with_effects, names=effect_names(selection.accepted))
+    accepted, end, after = complete_forms(split_by_motor(selection.accepted, start, tests), start, tests)
     return replace(selection, accepted=tuple(accepted), end=end, after=after)
 
 
-def _complete(
-    accepted: Sequence[AcceptedEffect], start: Baseline
-) -> tuple[list[AcceptedEffect], Baseline, ResidualTests]:
-    """Return effects split by motor and with fuller forms, the baseline with all of them, and its residual tests."""
-    tests = partial(tests_with_effects, names=effect_names(accepted))
-    return complete_forms(split_by_motor(accepted, start, tests), start, tests)
-
-
-def _choose(
-    baseline: Baseline,
-    candidates: dict[str, list[Candidate]],
-    accepted: Sequence[AcceptedEffect],
-    start: Baseline,
-    tests: ResidualTests,
-    *,
-    alone: bool = False,
-) -> RoundResult:
+def _choose(selection: Selection, candidates: dict[str, list[Candidate]], *, alone: bool = False) -> RoundResult:
     """Choose the next effect: by white noise where the residual is clean, else with a coloured noise model.
 
     alone : do not look for a second effect that would justify a refused candidate.
     """
+    baseline, names = selection.end, effect_names(selection.accepted)
     ranking = rank_candidates(baseline, candidates)
-    if tests.clean:
+    if selection.after.clean:
         return choose_white(ranking, baseline.problem.policy)
-    before = effect_names(accepted)
 
     def is_clean(after: Baseline, name: str) -> bool:
-        return residual_tests(after, [*before, name]).clean
+        return residual_tests(after, [*names, name]).clean
 
     def find_next(with_effect: Baseline, evidence: Evidence) -> AcceptedEffect | None:
-        residual = tests_with_effects(with_effect, [*before, evidence.name])
-        return (
-            None if residual.clean else _choose(with_effect, candidates, accepted, start, residual, alone=True).chosen
-        )
+        beside = selection.beside(with_effect, [*names, evidence.name])
+        return None if beside.after.clean else _choose(beside, candidates, alone=True).chosen
 
     switched = rank_windowed(baseline, ranking, candidates)
     full = (*first_form_evidence(baseline, candidates, is_clean), *find_pulsations(baseline, candidates))
-    return choose_coloured(baseline, ranking, start, is_clean, switched, full, None if alone else find_next)
+    return choose_coloured(baseline, ranking, selection.start, is_clean, switched, full, None if alone else find_next)
 
 
 def effect_names(accepted: Sequence[AcceptedEffect]) -> list[str]:
@@ -182,11 +171,10 @@ def _with_look_alike(accepted: Sequence[AcceptedEffect], refused: AcceptedEffect
     return out
 
 
-def _is_no_new_cause(
-    chosen: AcceptedEffect, accepted: Sequence[AcceptedEffect], first: Sequence[CandidateResult], baseline: Baseline
-) -> bool:
+def _is_no_new_cause(chosen: AcceptedEffect, selection: Selection) -> bool:
     """Whether a candidate fits a form error of accepted effects, is cancelled by them, or stands for their growth."""
-    form = _is_form_of_accepted(chosen, accepted, first, baseline.problem.policy)
+    accepted, baseline = selection.accepted, selection.end
+    form = _is_form_of_accepted(chosen, accepted, selection.results, baseline.problem.policy)
     return form or _is_cancelled(chosen, accepted, baseline) or _grows_with_time(chosen, accepted, baseline)
 
 
@@ -236,23 +224,16 @@ def _is_form_of_accepted(
 
 
 def _next_after_form(
-    baseline: Baseline,
-    candidates: dict[str, list[Candidate]],
-    accepted: Sequence[AcceptedEffect],
-    start: Baseline,
-    form: AcceptedEffect,
-    first: Sequence[CandidateResult],
+    selection: Selection, candidates: dict[str, list[Candidate]], form: AcceptedEffect
 ) -> AcceptedEffect | None:
     """Choose the next candidate with a form error fitted too; None where a form error is all there is.
 
     The residual of a form error is coloured and hides slow effects.
     """
-    with_form = baseline.with_columns(form.columns(baseline.problem))
-    tests = tests_with_effects(with_form, effect_names(accepted))
-    if tests.clean:
-        return None
-    chosen = _choose(with_form, candidates, accepted, start, tests).chosen
-    return None if chosen is None or _is_no_new_cause(chosen, accepted, first, with_form) else chosen
+    with_form = selection.end.with_columns(form.columns(selection.end.problem))
+    beside = selection.beside(with_form, effect_names(selection.accepted))
+    chosen = None if beside.after.clean else _choose(beside, candidates).chosen
+    return None if chosen is None or _is_no_new_cause(chosen, beside) else chosen
 
 
 def _refit_settings(

@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from diagnosis.decision.selection import _grows_with_time, _next_after_form, _refit_settings, select
+from diagnosis.decision.selection import Selection, _grows_with_time, _next_after_form, _refit_settings, select
+from diagnosis.decision.selection import tests_with_effects as left_beside
 from diagnosis.decision.white_choice import AcceptedEffect
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.held_out import judge_candidate, judge_settings
@@ -38,7 +39,9 @@ def _beyond(slow: dict[str, object]) -> AcceptedEffect | None:
     start = Baseline.of(problem(hidden=TABLES | slow))
     first = _best(start, DRIVEN)
     baseline = start.with_columns(first.columns(start.problem))
-    return _next_after_form(baseline, propose_candidates(start.problem), [first], start, _best(baseline, LOOP), [])
+    tests = left_beside(baseline, [first.name])
+    so_far = Selection((first,), start, baseline, tests, tests, (), frozenset())
+    return _next_after_form(so_far, propose_candidates(start.problem), _best(baseline, LOOP))
 
 
 def test_beside_a_form_what_is_slow_is_found() -> None:

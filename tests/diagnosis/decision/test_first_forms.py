@@ -118,6 +118,7 @@ def test_a_curve_is_heard_where_it_leaves_nothing(
     given, steps = _bent(lag_s, 2.5), np.random.default_rng(0).normal(scale=walk_nT, size=(1500, 3))
     posed = problem(replace(given, mag_nT=given.mag_nT + steps.cumsum(axis=0)))
     baseline, members = selection.Baseline.of(posed), selection.propose_candidates(posed)
-    selection._choose(baseline, members, [], baseline, selection.residual_tests(baseline, ()))
+    tests = selection.residual_tests(baseline, ())
+    selection._choose(Selection((), baseline, baseline, tests, tests, (), frozenset()), members)
     names = {one.name for one in heard if one.candidate.forms}
     assert (TemperatureOffset.name in names) is (walk_nT == 0)

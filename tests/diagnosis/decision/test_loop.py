@@ -48,6 +48,11 @@ def _one(effect: type[Effect], strength: float = 10.0, *others: str, **settings:
     return AcceptedEffect(Evidence(candidate, 100.0, 1.0, strength, 1.0, nothing, nothing, 3), others)
 
 
+def _so_far(*accepted: AcceptedEffect, after: ResidualTests = LEFT) -> Selection:
+    start = Baseline.of(POSED)
+    return Selection(accepted, start, start, LEFT, after, (), frozenset())
+
+
 @pytest.fixture(autouse=True)
 def _nothing_is_undone(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Evidence, "explained_rms", lambda self, baseline: self.strength)
@@ -60,14 +65,13 @@ def play(monkeypatch: pytest.MonkeyPatch) -> Play:
     def played(*rounds: AcceptedEffect, after: ResidualTests = LEFT) -> tuple[Selection, list[int]]:
         choices, asked = iter(rounds), list[int]()
 
-        def round_(baseline: Baseline, members: object, found: list[AcceptedEffect], *_: object) -> RoundResult:
-            asked.append(len(found))
+        def round_(so_far: Selection, *_: object) -> RoundResult:
+            asked.append(len(so_far.accepted))
             return RoundResult(next(choices, None), ())
 
-        baseline = Baseline.of(POSED)
         monkeypatch.setattr(selection, "_choose", round_)
         monkeypatch.setattr(selection, "residual_tests", lambda *_: LEFT)
-        monkeypatch.setattr(selection, "_complete", lambda found, start: (list(found), baseline, after))
+        monkeypatch.setattr(selection, "_completed", lambda so_far: replace(so_far, after=after))
         monkeypatch.setattr(selection, "_refit_settings", lambda chosen, found, *_: list(found))
         monkeypatch.setattr(selection, "_next_after_form", lambda *_: None)
         return select(POSED), asked
@@ -121,8 +125,7 @@ def test_beside_a_form_another_form_is_none_either(
     monkeypatch.setattr(selection, "_choose", lambda *_: RoundResult(_one(RegionalField, strength), ()))
     monkeypatch.setattr(selection, "tests_with_effects", lambda *_: LEFT)
     monkeypatch.setattr(AcceptedEffect, "columns", lambda *_: np.zeros((1500, 3, 1)))
-    baseline = Baseline.of(POSED)
-    found = _next_after_form(baseline, {}, [_one(MotorCurrent)], baseline, _one(Latency), [])
+    found = _next_after_form(_so_far(_one(MotorCurrent)), {}, _one(Latency))
     assert (found is None) is form
 
 
@@ -156,11 +159,10 @@ def test_beside_white_noise_no_rest_has_a_colour_and_alone_nothing_is_sought_bey
     monkeypatch.setattr(selection, "choose_coloured", lambda *args: given.append(args) or RoundResult(None, ()))
     monkeypatch.setattr(selection, "rank_windowed", lambda *_: ["window"])
     monkeypatch.setattr(selection, "first_form_evidence", lambda *_: [])
-    baseline = Baseline.of(POSED)
-    selection._choose(baseline, {}, [], baseline, CLEAN)
+    selection._choose(_so_far(after=CLEAN), {})
     assert not given
     for alone in (True, False):
-        selection._choose(baseline, {}, [], baseline, LEFT, alone=alone)
+        selection._choose(_so_far(), {}, alone=alone)
     assert [(args[4], args[6] is None) for args in given] == [(["window"], True), (["window"], False)]
 
 
