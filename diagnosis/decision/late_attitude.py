@@ -36,17 +36,21 @@ def attitude_in_time(selection: Selection) -> Iterator[tuple[str, LinearProblem]
     must then lower the gap as another reading of the reference would, or agree with the gyro, which is independent of
     the field.
     """
-    start, problem, policy = selection.start, selection.start.problem, selection.start.problem.policy
-    first_s = _first_lead_s(start) if problem.turns else 0.0
+    start, problem = selection.start, selection.start.problem
+    policy = problem.policy
+    if not problem.turns:
+        return
+    rate = problem.field_columns(problem.state.field_rate_nT_s[:, :, None])
+    first_s = float(fit(start.sums_with(rate), start.all_folds).c[-1])  # common to all axes: the lead, if small
     if first_s <= policy.fair_share * problem.state.interval_s:
         return
     q_at = attitude_course(problem.recording.time_s, np.asarray(problem.recording.att_q))
     lead_s = best_lead_s(problem, q_at, first_s)
-    before_nT, after_nT = (lead_gap_nT(problem, q_at, each_s) for each_s in (0.0, lead_s))
+    before_nT, after_nT = lead_gap_nT(problem, q_at, 0.0), lead_gap_nT(problem, q_at, lead_s)
     moved = _with_lead(problem, q_at, lead_s, _correction(lead_s, before_nT, after_nT))
     if (named := _late_effect(selection)) is None:
-        agrees = after_nT < before_nT and gyro_agrees(problem, lead_s)
-        shown = agrees or after_nT * policy.far_larger < before_nT
+        by_gyro = after_nT < before_nT and gyro_agrees(problem, lead_s)
+        shown = by_gyro or after_nT * policy.far_larger < before_nT
     else:
         baselines = (start, start.with_columns(named.columns(problem)), Baseline.of(moved))
         before, by_name, by_lead = (rms(baseline.residual() * problem.sigma_nT) ** 2 for baseline in baselines)
@@ -87,12 +91,6 @@ def gyro_agrees(problem: LinearProblem, lead_s: float) -> bool:
     return match is not None and abs(match.lag_s - lead_s) < problem.policy.half * lead_s
 
 
-def _first_lead_s(start: Baseline) -> float:
-    """Coefficient of the field's rate, common to all axes: the lead itself, if small."""
-    rate = start.problem.field_columns(start.problem.state.field_rate_nT_s[:, :, None])
-    return float(fit(start.sums_with(rate), start.all_folds).c[-1])
-
-
 def best_lead_s(problem: LinearProblem, q_at: CubicSpline, first_s: float) -> float:
     """The lead (s) for which a free matrix and offset leave the smallest gap."""
     found = minimize_scalar(
@@ -122,9 +120,8 @@ def known_attitude(problem: LinearProblem, lead_s: float) -> NDArray[np.bool_]:
 def _with_lead(problem: LinearProblem, q_at: CubicSpline, lead_s: float, done: ReferenceCorrection) -> LinearProblem:
     """The problem posed again with the attitude moved, all else unchanged."""
     recording = replace(problem.recording, att_q=attitude_at(q_at, problem.recording.time_s + lead_s))
-    moved = pose_again(problem, recording, problem.state.field_enu_nT, done)
-    in_all = replace(moved, attitude_delay_s=problem.attitude_delay_s + lead_s)
-    return in_all.without(~known_attitude(problem, lead_s))
+    moved = pose_again(problem, recording, problem.state.field_enu_nT, done).without(~known_attitude(problem, lead_s))
+    return replace(moved, attitude_delay_s=problem.attitude_delay_s + lead_s)
 
 
 def _correction(lead_s: float, before_nT: float, after_nT: float) -> ReferenceCorrection:

@@ -241,11 +241,12 @@ def _refit_settings(
 ) -> list[AcceptedEffect]:
     """Choose the settings of accepted effects again next to the new one, which was in the residual at their own choice.
 
-    A look-alike of the new effect keeps its strength.
+    A look-alike of the new effect keeps its strength. Neither forms nor windows and periods are searched again.
     """
     problem, out = start.problem, list(accepted)
     for i, effect in enumerate(accepted):
-        plain = not effect.evidence.candidate.forms and not _has_window_or_period(effect.evidence.candidate)
+        candidate, period = effect.evidence.candidate, effect.evidence.candidate.effect.with_role("period")
+        plain = not (candidate.forms or candidate.window or period in dict(candidate.nonlinear))
         others = start.with_all(other.columns(problem) for other in (*out[:i], *out[i + 1 :], chosen))
         again = judge_candidate(others, candidates[effect.name]) if plain and effect.name in candidates else None
         if again is not None:
@@ -253,12 +254,6 @@ def _refit_settings(
             as_found = replace(again, gain=effect.evidence.gain, V=effect.evidence.V, strength=strength)
             out[i] = replace(effect, evidence=as_found)
     return out
-
-
-def _has_window_or_period(candidate: Candidate) -> bool:
-    """Whether a candidate has a window or a period, neither of which `judge_candidate` searches."""
-    given, period = dict(candidate.nonlinear), candidate.effect.with_role("period")
-    return bool(candidate.window) or period in given
 
 
 def _with_form_owner(chosen: AcceptedEffect, accepted: Sequence[AcceptedEffect]) -> AcceptedEffect:

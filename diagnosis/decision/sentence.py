@@ -28,9 +28,7 @@ def sentence_for(diagnosis: Diagnosis) -> str:
     channels = ", ".join(cause.channel for cause in diagnosis.where[:LISTED_CHANNELS])
     verdict_sentence = diagnosis.verdict.sentence(
         lacks=_lacks(diagnosis),
-        causes="; ".join(
-            _described(diagnosis, cause) + _second_recording(diagnosis, cause) for cause in diagnosis.named
-        ),
+        causes="; ".join(_described(diagnosis, cause) for cause in diagnosis.named),
         share=_share(diagnosis),
         left=_left(diagnosis),
         nearest=_nearest(diagnosis),
@@ -64,20 +62,16 @@ def _lacks(diagnosis: Diagnosis) -> str:
 
 def _described(diagnosis: Diagnosis, cause: NamedEffect) -> str:
     """A named effect; one that the model states by its corrected parameters and those stated."""
-    when, logged, motion = _when_active(diagnosis, cause), _logged_as(diagnosis), diagnosis.problem.state
-    if (both := diagnosis.correction_of(cause)) is None:
-        return describe_effect(cause, when, logged, motion)
-    given, new = both
-    values = ((p, getattr(new, p.name), getattr(given, p.name)) for p in in_use(new))
-    stated = [f"{p.name} {short(np.asarray(was).tolist())} {p.unit}".rstrip() for p, now, was in values if now != was]
-    return f"{describe_effect(replace(cause, effect=new), when, logged, motion)} (stated: {', '.join(stated)})"
-
-
-def _second_recording(diagnosis: Diagnosis, cause: NamedEffect) -> str:
-    """Result of a second recording for one named effect."""
-    if not (diagnosis.has_second and cause.transferable):
-        return ""
-    return f", {'' if cause.transfer is Transfer.TRANSFERRED else 'not '}confirmed by the second recording"
+    logged = {current: channel for channel, current in as_currents(diagnosis.problem.recording).items()}
+    when, motion, stated = _when_active(diagnosis, cause), diagnosis.problem.state, ""
+    second = f", {'' if cause.transfer is Transfer.TRANSFERRED else 'not '}confirmed by the second recording"
+    if (both := diagnosis.correction_of(cause)) is not None:
+        given, new = both
+        differing = ((p, getattr(given, p.name)) for p in in_use(new) if getattr(given, p.name) != getattr(new, p.name))
+        values = (f"{p.name} {short(np.asarray(was).tolist())} {p.unit}".rstrip() for p, was in differing)
+        cause, stated = replace(cause, effect=new), f" (stated: {', '.join(values)})"
+    told = describe_effect(cause, when, logged, motion) + stated
+    return told + second if diagnosis.has_second and cause.transferable else told
 
 
 def _share(diagnosis: Diagnosis) -> str:
@@ -127,11 +121,6 @@ def _curves(diagnosis: Diagnosis) -> str:
 def driver_of(curve: NamedEffect) -> str:
     """Name of the channel of a curve."""
     return curve.effect.required_inputs[-1]
-
-
-def _logged_as(diagnosis: Diagnosis) -> dict[str, str]:
-    """Channels treated like motor currents, by the name of the current."""
-    return {current: channel for channel, current in as_currents(diagnosis.problem.recording).items()}
 
 
 def _when_active(diagnosis: Diagnosis, cause: NamedEffect) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -70,19 +70,17 @@ def verdict_of(case: VerdictInput) -> Verdict:
 
 def doubts_of(case: VerdictInput, verdict: Verdict) -> tuple[str, ...]:
     """Reasons why the named effects only resemble the cause; empty if none, or if nothing can be decided."""
-    decisive = next(filter(None, (doubt(case) for doubt in _decisive_doubts(case, verdict))), None)
-    if decisive is not None:
-        return (decisive,)
+    without_effects = (driver_unnamed,) if verdict.explained and case.named else ()
+    if decisive := _raised(DECISIVE_DOUBTS if case.held_out_effects else without_effects, case):
+        return decisive[:1]
     mixed = not case.clean if verdict is Verdict.PARTIAL else case.noisy
     if verdict not in (Verdict.PARTIAL, Verdict.COMPOSITE, Verdict.CLASS) or not mixed or case.gap.explained is None:
         return ()
-    return tuple(reason for doubt in NAME_DOUBTS if (reason := doubt(case)) is not None)
+    return _raised(NAME_DOUBTS, case)
 
 
-def _decisive_doubts(case: VerdictInput, verdict: Verdict) -> tuple[NameDoubt, ...]:
-    if case.held_out_effects:
-        return DECISIVE_DOUBTS
-    return (driver_unnamed,) if verdict.explained and case.named else ()
+def _raised(doubts: Sequence[NameDoubt], case: VerdictInput) -> tuple[str, ...]:
+    return tuple(reason for doubt in doubts if (reason := doubt(case)) is not None)
 
 
 def driver_unnamed(case: VerdictInput) -> str | None:
@@ -186,10 +184,6 @@ DECISIVE_DOUBTS: tuple[NameDoubt, ...] = (gap_is_larger, field_turns_too_fast, p
 NAME_DOUBTS: tuple[NameDoubt, ...] = (at_its_bounds, channel_in_residual, motion_in_residual, iron_follows_a_channel)
 
 
-def _nothing_named(case: VerdictInput) -> bool:
-    return not case.named
-
-
 def _explains_some(case: VerdictInput) -> bool:
     """Whether the named effects explain enough of the gap, or each is certain and only noise is left.
 
@@ -226,8 +220,8 @@ def _may_be_one_channel(case: VerdictInput) -> bool:
 
 
 RULES: tuple[tuple[Verdict, Rule], ...] = (
-    (Verdict.NONE, lambda case: _nothing_named(case) and case.clean and case.rise is None),
-    (Verdict.UNKNOWN, _nothing_named),
+    (Verdict.NONE, lambda case: not case.named and case.clean and case.rise is None),
+    (Verdict.UNKNOWN, lambda case: not case.named),
     (Verdict.PARTIAL, lambda case: not case.clean and _explains_some(case)),
     (Verdict.UNKNOWN, lambda case: not case.clean),
     (Verdict.PARTIAL, lambda case: case.rise is not None),

@@ -60,8 +60,7 @@ def patch_model(model: Model, named: Sequence[NamedEffect], problem: LinearProbl
     tables, order = as_tables(whole)
     changed = {"effects": Effects(tables), "effect_order": order}
     if isinstance(model, Scenario):
-        found = _corrected_field(problem) | _navigation(model.navigation, problem)
-        return model.model_copy(update={**changed, **_without_sensor_effects(model), **found})
+        return model.model_copy(update={**changed, **_single_instrument(model, problem)})
     return StandIn.model_validate(
         {"name": model.name, "summary": model.summary, "field": _field(model, problem)}
         | _motion(whole)
@@ -70,10 +69,15 @@ def patch_model(model: Model, named: Sequence[NamedEffect], problem: LinearProbl
     )
 
 
-def _without_sensor_effects(model: Scenario) -> dict[str, Any]:
-    """Updates of a scenario that remove the effects and variations of its sensors, all included in `effects`."""
+def _single_instrument(model: Scenario, problem: LinearProblem) -> dict[str, Any]:
+    """Updates of a scenario: the corrected field, the attitude's delay, and sensors without effects and variations.
+
+    The effects of its sensors are all included in `effects`.
+    """
     bare = tuple(sensor.model_copy(update={"kind": None, "effects": Effects()}) for sensor in model.sensors)
-    return {"sensor": None, "sensors": bare, "vary": {}}
+    single = {"sensor": None, "sensors": bare, "vary": {}} | _navigation(model.navigation, problem)
+    field_enu_nT = problem.corrected_field_enu_nT
+    return single if field_enu_nT is None else single | {"field": FieldSpec(enu_nT=tuple(field_enu_nT))}
 
 
 def _merge_equal(effects: Sequence[Effect], state: State) -> list[Effect]:
@@ -133,12 +137,6 @@ def _is_additive(effect: Effect, state: State) -> bool:
 def _nonlinear_values(effect: Effect) -> dict[str, Any]:
     """The parameters in which an effect is not linear, and its window."""
     return {name: getattr(effect, name) for name in effect.names() if name not in effect.linear}
-
-
-def _corrected_field(problem: LinearProblem) -> dict[str, Any]:
-    """The corrected field, in place of a scenario's wrong one."""
-    field_enu_nT = problem.corrected_field_enu_nT
-    return {} if field_enu_nT is None else {"field": FieldSpec(enu_nT=tuple(field_enu_nT))}
 
 
 def _navigation(given: NavigationSpec, problem: LinearProblem) -> dict[str, Any]:
