@@ -5,13 +5,18 @@ from __future__ import annotations
 import importlib
 from typing import Any
 
+import numpy as np
 import pytest
 
 from benchmarks.diagnosis.ablation import Changed, multiplied, table
+from benchmarks.diagnosis.margins import LIMITS, WatchedNumber, watched_policy
 from benchmarks.diagnosis.rules import RULES, watched
 from benchmarks.diagnosis.trials import Trial
 from diagnosis.decision import coloured_choice, verdict_rules
 from diagnosis.policy import STANDARD
+from diagnosis.workflow import diagnose
+from sim.scenario import ModelSpec
+from tests.diagnosis.synthetic import FIELD_ENU_NT, recording
 
 
 @pytest.mark.parametrize("rule", RULES.values(), ids=list(RULES))
@@ -57,3 +62,30 @@ def test_the_table_counts_other_answers_by_whether_they_are_right() -> None:
     lines = list(table([*plain, *without]))
     assert f"| {rule} | 2 | 2 | 2 | 1 | 1 | 0 |" in lines
     assert sum("| 0 | | | | | |" in line for line in lines) == len(RULES) - 1
+
+
+@pytest.mark.parametrize("value", [1.5, np.float64(1.5), np.array([0.1, 1.5])])
+def test_a_watched_number_tells_the_comparisons_that_another_value_would_turn(value: Any) -> None:
+    turned: set[tuple[str, float]] = set()
+
+    def note(name: str, turns: Any) -> None:
+        turned.update((name, factor) for factor in (0.5, 2.0) if turns(factor))
+
+    two = WatchedNumber.of("two", lambda factor: 2.0 * factor, note)
+    assert np.all(value < two)
+    assert turned == {("two", 0.5)}
+    assert np.all(value < 3 * two**2)
+    assert turned == {("two", 0.5)}
+    assert np.any(value > 0.6 * two)
+    assert turned == {("two", 0.5), ("two", 2.0)}
+    assert np.all(np.maximum(value, two) == 2.0)
+
+
+def test_with_watched_numbers_a_diagnosis_answers_the_same() -> None:
+    problem_of = ModelSpec.model_validate({"field": {"enu_nT": FIELD_ENU_NT.tolist()}})
+    given = recording(hidden={"motor_current": {"gain_nT_A": [3.0, -1.0, 2.0]}})
+    with watched_policy((0.5, 2.0)) as (policy, turned):
+        found = diagnose(given, problem_of, fitted_base=True, policy=policy)
+    assert found.sentence == diagnose(given, problem_of, fitted_base=True).sentence
+    assert {name for name, _ in turned} <= set(LIMITS)
+    assert turned
