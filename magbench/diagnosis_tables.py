@@ -23,7 +23,7 @@ def show_answer(found: PresentedDiagnosis | PresentedPool) -> None:
     else:
         _show_diagnosis(found)
     if 0 < len(found.diff) <= MOST_DIFF_LINES:
-        show_text("\n" + "\n".join(found.diff))
+        show_text("\nthe model's change\n" + "\n".join(found.diff))
 
 
 def _show_together(found: PresentedPool) -> None:

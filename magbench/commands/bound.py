@@ -56,6 +56,7 @@ Values = Annotated[
     ),
 ]
 TILTS = "--tilt-limits"
+PARAMETERS_TITLE = "least standard deviations of the offset and of the soft iron S"
 TiltLimits = Annotated[
     str | None,
     typer.Option(
@@ -148,7 +149,7 @@ def _show(found: BoundResult, out: Path | None, json: bool) -> None:
         emit(summary(found))
     else:
         show_text(f"{found!r}\n")
-        show_table("", HEADS, rows(found))
+        show_table(PARAMETERS_TITLE, HEADS, rows(found))
         show_table("", SCORE_HEADS, score_rows(found.used), numbers=False)
     if out is not None:
         say(f"{out}: report.html, bound.json")

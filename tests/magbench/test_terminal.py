@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from rich.console import Console
@@ -12,6 +13,7 @@ from magbench import console
 from magbench.app import COMMANDS
 from magbench.cli import main
 from magbench.console import show_points, show_table, show_text
+from magbench.diagnosis_tables import show_answer
 from magbench.refusal import refuse
 
 HEADS = ("calibrator", "status", "holdout_level_component_rms", "holdout_sphere_component_rms")
@@ -83,6 +85,18 @@ def test_each_command_is_told_in_a_line_of_the_help(capsys: pytest.CaptureFixtur
     for name in COMMANDS:
         assert main([name, "--help"]) == 0
         assert max(map(len, capsys.readouterr().out.splitlines())) <= 80
+
+
+@pytest.mark.parametrize("others", [(), ("bandwidth",)])
+def test_a_diagnosis_has_a_column_of_alternatives_where_there_are_any(
+    others: tuple[str, ...], capsys: pytest.CaptureFixture[str]
+) -> None:
+    cause = SimpleNamespace(name="latency", alternatives=others, parameters=[("delay_s", "0.1", "0.09", "0.11", "s")])
+    empty: tuple[object, ...] = ()
+    show_answer(SimpleNamespace(headline="", stated=empty, diff=empty, causes=[cause], gaps=empty, parts=empty))  # type: ignore[arg-type]
+    told = capsys.readouterr().out
+    assert "latency" in told
+    assert ("┃ or" in told) is bool(others)
 
 
 def test_points_hang_below_their_text(capsys: pytest.CaptureFixture[str]) -> None:
