@@ -115,7 +115,7 @@ class RouteSearch:
         for one in sorted(best.values(), key=lambda one: one.error)[:REFINED]:
             legs, error = refined(self.task, one.legs, time_s)
             if error < np.inf:
-                self.routes.append(_route(self.task, np.array([leg.angles_deg for leg in legs]), ordered=True))
+                self.routes.append(_route(self.task, np.array([leg.angles_deg for leg in legs])))
 
     def least(self, time_s: float) -> float:
         """Return the error of the optimal design for a time, without turns between its attitudes."""
@@ -147,7 +147,7 @@ class RouteSearch:
         while (fewer := _without_one(kept, most)) is not None:
             kept = fewer
         if len(kept.legs) < len(choice.legs):
-            self.routes.append(_route(kept.task, np.array([leg.angles_deg for leg in kept.legs]), ordered=True))
+            self.routes.append(_route(kept.task, np.array([leg.angles_deg for leg in kept.legs])))
         return kept
 
 
@@ -177,7 +177,7 @@ def _without_one(choice: LegSelection, most: float) -> LegSelection | None:
     brief = [k for k, leg in enumerate(choice.legs) if leg.amount < SHORT]
     for k in sorted(brief, key=lambda k: choice.legs[k].amount) if len(choice.legs) > 1 else ():
         kept = np.array([leg.angles_deg for leg in (*choice.legs[:k], *choice.legs[k + 1 :])])
-        tried = _route(choice.task, kept, ordered=True).best(choice.time_s)
+        tried = _route(choice.task, kept).best(choice.time_s)
         if tried.error <= most:
             return tried
     return None
@@ -208,17 +208,20 @@ def _routes(task: PlanningTask, angles: Array, rows: Array, counts: Sequence[int
     """Return routes through few attitudes of the optimal design."""
     usual = FEW if task.before is None else FEWER
     chosen = few(rows, task.wanted, usual if counts is None else counts, task.before)
-    return [_route(task, np.round(angles[places], 1)) for places in chosen]
+    return [_route(task, _shortest_way(task, np.round(angles[places], 1))) for places in chosen]
 
 
-def _route(task: PlanningTask, angles: Array, *, ordered: bool = False) -> Route:
-    """Return the route through angles (m, 3), in the order of least turning unless `ordered`."""
+def _shortest_way(task: PlanningTask, angles: Array) -> Array:
+    """Return angles (m, 3) in the order of least turning."""
     manoeuvre = task.manoeuvre
     before = (manoeuvre.yaw_deg, 0.0, 0.0)
-    if not ordered:
-        order = shortest(len(angles), lambda a, b: manoeuvre.move_s(before if a == START else angles[a], angles[b]))
-        angles = angles[order]
-    angles = merged(angles)
+    order = shortest(len(angles), lambda a, b: manoeuvre.move_s(before if a == START else angles[a], angles[b]))
+    return np.asarray(angles[order])
+
+
+def _route(task: PlanningTask, angles: Array) -> Route:
+    """Return the route through angles (m, 3), in this order."""
+    manoeuvre, angles = task.manoeuvre, merged(angles)
     units = [manoeuvre.unit(Leg.at(one, 1.0)) for one in angles]
     each = np.array([task.information(*unit) for unit in units])
     phase = manoeuvre.phase([Leg.at(one, manoeuvre.least) for one in angles])
