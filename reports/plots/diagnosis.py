@@ -65,8 +65,7 @@ def draw_map(found: PresentedDiagnosis) -> Figure:
     path, pos_m = found.series.path, found.series.pos_m
     assert pos_m is not None
     assert path.pos_m is not None
-    path_m = pos_m[every_nth(len(pos_m), MOST_POINTS)]
-    planes = _planes(path_m)
+    planes = _planes(path_m := pos_m[every_nth(len(pos_m), MOST_POINTS)])
     sizes = {label: np.linalg.norm(path.gap.sides[side], axis=1) for side, _, label in _sides(*path.gap.sides.values())}
     figure, axes = panels(3.6 * len(planes) + 0.2, len(planes), len(sizes), sharex="row", sharey="row", squeeze=False)
     most = max(float(np.nanquantile(next(iter(sizes.values())), 0.98)), 1e-9)
@@ -76,8 +75,8 @@ def draw_map(found: PresentedDiagnosis) -> Figure:
             dots = _draw_places(axis, path.pos_m[:, plane], size, most)
             _label_plane(axis, plane, side)
         row[0].set_ylabel(f"{DIRECTIONS[plane[1]]} (m)")
-    words = f"size of the gap (nT); noise alone: {path.noise_nT:.2g}"
-    figure.colorbar(dots, ax=axes, shrink=0.8, pad=0.01, extend="max").set_label(words)
+    scale = figure.colorbar(dots, ax=axes, shrink=0.8, pad=0.01, extend="max")
+    scale.set_label(f"size of the gap (nT); noise alone: {path.noise_nT:.2g}")
     return figure
 
 
