@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from diagnosis.decision.monotone_courses import driving_channels
 from diagnosis.decision.remarks import reference_remarks
 from diagnosis.decision.sentence import channel_curves, driver_of
-from diagnosis.evidence.slow_noise import is_attitude_error
+from diagnosis.evidence.along_field import is_attitude_error
 from diagnosis.problem.actuators import as_currents
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.result import Diagnosis, EvidenceKind, NamedEffect, Transfer

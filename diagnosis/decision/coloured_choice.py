@@ -15,15 +15,10 @@ from diagnosis.decision.white_choice import (
     is_channel_equivalent,
     select_simplest,
 )
+from diagnosis.evidence.along_field import explains_along_field, gain_along_field, share_along_field
 from diagnosis.evidence.baseline import Baseline, IsClean, added_share
 from diagnosis.evidence.candidate_result import TOO_LITTLE, CandidateResult
-from diagnosis.evidence.candidate_test import (
-    CandidateFit,
-    ColouredBaseline,
-    explains_along_field,
-    gain_along_field,
-    share_along_field,
-)
+from diagnosis.evidence.candidate_test import CandidateFit, ColouredBaseline
 from diagnosis.evidence.held_out import Evidence
 from diagnosis.evidence.rivals import (
     ATTITUDE_WANDER,

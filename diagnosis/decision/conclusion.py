@@ -11,8 +11,8 @@ import numpy as np
 from diagnosis.decision.iron import iron_changes
 from diagnosis.decision.selection import Selection
 from diagnosis.decision.white_choice import AcceptedEffect
+from diagnosis.evidence.along_field import states_slow_noise
 from diagnosis.evidence.candidate_test import ColouredBaseline
-from diagnosis.evidence.model_noise import states_slow_noise
 from diagnosis.evidence.noise_model import NoiseModel
 from diagnosis.evidence.residual_tests import ResidualTests
 from diagnosis.evidence.slow_noise import SlowNoise, find_slow_noise

@@ -9,8 +9,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.stats import spearmanr
 
-from diagnosis.evidence.channels_in_window import channels_on_within, correlation
-from diagnosis.evidence.localise import TIME, ChannelShare, channels
+from diagnosis.evidence.localise import TIME, ChannelShare, channels, channels_on_within, correlation
 from diagnosis.library.drivers import find_drivers
 from diagnosis.problem.actuators import as_currents
 from diagnosis.problem.blocks import Cut

@@ -11,11 +11,11 @@ import numpy as np
 from diagnosis.decision.coloured_choice import choose_coloured
 from diagnosis.decision.forms import complete_forms, first_form_evidence, split_by_motor
 from diagnosis.decision.white_choice import AcceptedEffect, RoundResult, choose_white, in_same_family, is_form_by_size
+from diagnosis.evidence.along_field import within_stated_errors
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.candidate_result import CandidateResult
 from diagnosis.evidence.field_pulsations import find_pulsations
 from diagnosis.evidence.held_out import Evidence, judge_candidate, rank_candidates
-from diagnosis.evidence.model_noise import within_stated_errors
 from diagnosis.evidence.residual_tests import ResidualTests, run_residual_tests
 from diagnosis.evidence.windowed_candidates import rank_windowed
 from diagnosis.library.candidates import Candidate, propose_candidates

@@ -11,9 +11,7 @@ import numpy as np
 
 from diagnosis.decision.monotone_courses import driving_channels, monotone_channels
 from diagnosis.evidence.baseline import Baseline
-from diagnosis.evidence.channel_following import find_followed_channel
-from diagnosis.evidence.channels_in_window import courses_on_within
-from diagnosis.evidence.localise import TIME, ChannelShare, channels, localise
+from diagnosis.evidence.localise import TIME, ChannelShare, channels, courses_on_within, find_followed_channel, localise
 from diagnosis.evidence.rising_spectrum import RisingSpectrum
 from diagnosis.evidence.slow_noise import follows_time_only
 from diagnosis.problem.actuators import as_currents

@@ -60,6 +60,13 @@ class BinnedRows:
         none = np.zeros((len(self.starts), self.target.shape[1], 0))
         return np.concatenate([none, *map(self.bin, several)], axis=2)
 
+    def in_common(self) -> BinnedRows:
+        """The rows with the base of all outputs in one of shared coefficients, (n, q, q p)."""
+        if self.common:
+            return self
+        base = np.einsum("nap,ab->nabp", self.base, np.eye(self.base.shape[1]))
+        return replace(self, base=base.reshape(*self.target.shape, -1), common=True)
+
     @cached_property
     def count(self) -> Array:
         """Usable samples (n,) of each row."""

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
+from diagnosis.evidence.along_field import along_field
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem, pauses_after
 from scenarios.arrays import Array
@@ -43,8 +44,7 @@ def _off_strength(problem: LinearProblem, left_nT: Array) -> Mask:
     """Mask (n,) of outliers of the strength in the base's residual (n, 3); empty without a compared attitude."""
     if not problem.compares_across:
         return np.zeros(len(left_nT), bool)
-    along = problem.field_projection
-    seen = (along * left_nT).sum(axis=1) / np.linalg.norm(along * problem.sigma_nT, axis=1)
+    seen, _ = along_field(problem, left_nT / problem.sigma_nT)
     return _far(seen[:, None], problem.policy)[0][:, 0]
 
 

@@ -7,14 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.binned_rows import BinnedRows
 from diagnosis.evidence.held_out import Evidence, search_price
 from diagnosis.evidence.hypothesis import Hypothesis, in_sample_gains, information_matrices, white_noise_model
 from diagnosis.library.candidates import Candidate
-from diagnosis.problem.blocks import Cut
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.problem.strength import strength_columns
 from scenarios.arrays import Array
 
 
@@ -140,67 +137,6 @@ def _to_and_fro(columns: Array, times: int) -> Iterator[Array]:
     for t in range(times):
         begin = int((2 * t + 1) / times * n)
         yield both[begin : begin + n]
-
-
-def explains_along_field(before: Baseline, after: Baseline, tried: int = 1) -> bool:
-    """Whether newly accepted effects explain the residual along the field too, where attitude errors have no part.
-
-    Nats less the chance gain of k columns, ``k / 2``, and less the price of a search among `tried` settings; slow noise
-    raises the chance gain by the largest variance of means as long as k columns can follow.
-    """
-    policy, k = before.problem.policy, after.sums.width - before.sums.width
-    by_chance = k / 2 + search_price(tried, k, policy)
-    return bool(gain_along_field(before, after, k) - by_chance > policy.apart)
-
-
-def gain_along_field(before: Baseline, after: Baseline, least: int | None = None) -> float:
-    """Nats ``(b - a) / 2 / V`` along the field, b and a the squares of means over `slow_mean_s` before and after.
-
-    V is the largest variance of longer means, of which at least `least` remain; None: only V of the means themselves.
-    """
-    poorer, richer = (residual_along_field(baseline) for baseline in (before, after))
-    loudest = max(_variances_of_means(richer, least or len(richer)), default=1.0)
-    return float((poorer**2).sum() - (richer**2).sum()) / 2 / max(1.0, loudest)
-
-
-def share_along_field(before: Baseline, after: Baseline) -> float:
-    """Share of the excess of means along the field over white noise that was explained; 0 without an excess."""
-    poorer, richer = (residual_along_field(baseline) for baseline in (before, after))
-    excess = float((poorer**2).sum()) - len(poorer)
-    return 1 - (float((richer**2).sum()) - len(richer)) / excess if excess > 0 else 0.0
-
-
-def _variances_of_means(course: Array, least: int) -> Iterator[float]:
-    """Variances of means over 1, 2, 4, ... values of a course, each times the length: constant for white noise."""
-    length = 1
-    while len(course) >= least * length:
-        sums = course[: len(course) // length * length].reshape(-1, length).sum(axis=1)
-        yield float((sums**2).mean()) / length
-        length *= 2
-
-
-def residual_along_field(baseline: Baseline) -> Array:
-    """Means (m,) of a baseline's residual along the field over `slow_mean_s`; white noise has variance 1.
-
-    The nine columns of a strength fit are projected out: a matrix that was fitted to a turn of the field leaves
-    residuals along them.
-    """
-    problem = baseline.problem
-    along, unit = _along(baseline)
-    length = max(1, min(round(problem.policy.slow_mean_s / problem.state.interval_s), len(along) // 2))
-    cut = Cut(length, len(along) // length)
-    base, means = cut.means(strength_columns(problem.direction) * (problem.usable / unit)[:, None]), cut.means(along)
-    return np.asarray(np.sqrt(length) * (means - base @ np.linalg.lstsq(base, means, rcond=1e-9)[0]))
-
-
-def _along(baseline: Baseline) -> tuple[Array, Array]:
-    """Residual (n,) of a baseline along the field over its noise, and the noise (n,) in nT."""
-    problem, residual = baseline.problem, baseline.residual()
-    if problem.output_axes is not None:
-        return residual[:, 0], np.full(len(residual), problem.sigma_nT[0])
-    back = problem.field_projection * problem.sigma_nT
-    unit = np.linalg.norm(back, axis=1)
-    return np.einsum("ni,ni->n", back, residual) / unit, unit
 
 
 def find_look_alikes(

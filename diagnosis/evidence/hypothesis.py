@@ -7,17 +7,24 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from calib.numerics.symmetric import symmetric_inverse
 from diagnosis.evidence.binned_rows import BinnedRows
 from diagnosis.evidence.noise_model import NoiseModel
+from diagnosis.evidence.projections import (
+    explained_nats,
+    held_out_squares,
+    products,
+    project_out,
+    project_out_first,
+    solved,
+    squares_left,
+    without_rounding,
+)
 from scenarios.arrays import Array
 
 SAME_NATS = 0.5
 """Least gain in nats for which the search of the wander's variance goes on."""
 FAR_NATS = 200.0
 """Nats below the best noise model at which a pure random walk is discarded without a search of its variance."""
-GONE = 1e-10
-"""Part of a column's square below which the remainder after projection is rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,14 +47,12 @@ class Hypothesis:
         """Generalised least squares of columns (n, q, k) under a given noise model."""
         stacked = np.concatenate([rows.base, columns, rows.target[:, :, None]], axis=2)
         z, ln_S = noise_model.whitened(rows.row_start_s, rows.count, stacked)
-        free, through = _without_base(z, rows)
-        products = np.stack([_products(free[rows.fold == fold]) for fold in range(rows.policy.folds)])
-        total = products.sum(axis=0)
-        held = [_squares(fold_products, _solved(total - fold_products)) for fold_products in products]
-        c = _solved(total)
+        p = rows.base.shape[2]
+        free, through = project_out(z[:, :, :p], z[:, :, p:], common=rows.common)
+        held_out, total = held_out_squares(free, rows.fold, rows.policy.folds)
+        c, constant = solved(total), ln_S.sum()
         beta = through[:, :, -1] - through[:, :, :-1] @ c
-        constant = ln_S.sum()
-        return cls(noise_model, beta, c, -(constant + sum(held)) / 2, -(constant + _squares(total, c)) / 2)
+        return cls(noise_model, beta, c, -(constant + held_out) / 2, -(constant + squares_left(total, c)) / 2)
 
     @classmethod
     def of(cls, rows: BinnedRows, columns: Array, starts: tuple[NoiseModel, ...]) -> Hypothesis:
@@ -99,80 +104,26 @@ def in_sample_gains(
     rows: BinnedRows, accepted_columns: Array, several: Sequence[Array], noise_model: NoiseModel
 ) -> Array:
     """Nats (m,) that each of m groups of columns (n, q, k) gains in sample beside base and accepted columns."""
-    found = information_matrices(rows, accepted_columns, several, noise_model)
-    return np.array([(N[-1, -1] - _squares(N, _solved(N))) / 2 for N in found])
+    return np.array([explained_nats(N) for N in information_matrices(rows, accepted_columns, several, noise_model)])
 
 
 def information_matrices(
     rows: BinnedRows, accepted_columns: Array, several: Sequence[Array], noise_model: NoiseModel
 ) -> list[Array]:
-    """Products (k + 1, k + 1) of each of m groups of whitened columns (n, q, k) and, last, of the target.
-
-    Base and accepted columns are projected out of columns and target.
-    """
-    stacked = np.concatenate([rows.base, accepted_columns, *several, rows.target[:, :, None]], axis=2)
-    z, _ = noise_model.whitened(rows.row_start_s, rows.count, stacked)
-    N, k = _products(_without_base(z, rows)[0]), accepted_columns.shape[2]
-    remaining = N[k:, k:] - N[k:, :k] @ _taken(N, k)
-    some = np.diag(remaining) > GONE * np.diag(N)[k:]
-    N = remaining * np.outer(some, some)
-    ends = np.cumsum([group.shape[2] for group in several])
+    """Products (k + 1, k + 1) of each of m groups of columns (n, q, k) and, last, of the target, see `remaining`."""
+    columns = remaining(rows, accepted_columns, np.concatenate(several, axis=2), noise_model)
+    N, ends = products(columns), np.cumsum([group.shape[2] for group in several])
     groups = [np.r_[end - group.shape[2] : end, len(N) - 1] for group, end in zip(several, ends, strict=True)]
     return [N[np.ix_(g, g)] for g in groups]
 
 
-def information_by_part(
-    rows: BinnedRows, accepted_columns: Array, columns: Array, noise_model: NoiseModel, parts: int
-) -> list[Array]:
-    """Products (k + 1, k + 1) as in `information_matrices`, of one group of columns for each part of the rows."""
+def remaining(rows: BinnedRows, accepted_columns: Array, columns: Array, noise_model: NoiseModel) -> Array:
+    """Whitened columns (n, q, k) and, last, the target, with base and accepted columns projected out."""
     stacked = np.concatenate([rows.base, accepted_columns, columns, rows.target[:, :, None]], axis=2)
     z, _ = noise_model.whitened(rows.row_start_s, rows.count, stacked)
-    free, k = _without_base(z, rows)[0], accepted_columns.shape[2]
-    remaining = free[:, :, k:] - free[:, :, :k] @ _taken(_products(free), k)
-    return [_products(part) for part in np.array_split(remaining, parts)]
-
-
-def _taken(products: Array, k: int) -> Array:
-    """Coefficients (k, j - k) of the projection on the first k columns, from products (j, j) in any units."""
-    size = np.sqrt(np.maximum(np.diag(products), 1e-300))
-    N = products / np.outer(size, size)
-    through = symmetric_inverse(N[:k, :k], 1e-12) @ N[:k, k:]
-    return np.asarray(through * size[k:] / size[:k, None])
-
-
-def _without_base(z: Array, rows: BinnedRows) -> tuple[Array, Array]:
-    """Columns (n, q, j) with the first p, the base, projected out, and the coefficients (q, p, .) of the projection.
-
-    Each output has coefficients of its own; with shared coefficients the outputs are further rows, and the coefficients
-    (1, p, .).
-    """
-    shape, p = z.shape, rows.base.shape[2]
-    z = z.reshape(-1, 1, shape[2]) if rows.common else z
-    B, others = z[:, :, :p], z[:, :, p:]
-    by_output = B.transpose(1, 2, 0)
-    inverse = symmetric_inverse(by_output @ B.transpose(1, 0, 2), 1e-13)
-    through = inverse @ (by_output @ others.transpose(1, 0, 2))
-    free = others - (B.transpose(1, 0, 2) @ through).transpose(1, 0, 2)
-    return free.reshape(*shape[:2], -1), through
-
-
-def _products(free: Array) -> Array:
-    """Products (j, j) of columns (n, q, j), summed over rows and outputs."""
-    flat = free.reshape(-1, free.shape[2])
-    return np.asarray(flat.T @ flat)
-
-
-def _solved(products: Array) -> Array:
-    """Least-squares coefficients c (k,) from products (k + 1, k + 1) of columns and target."""
-    size = np.sqrt(np.maximum(np.diag(products)[:-1], 1e-300))
-    inverse = symmetric_inverse(products[:-1, :-1] / np.outer(size, size), 1e-9)
-    return np.asarray(inverse @ (products[:-1, -1] / size) / size)
-
-
-def _squares(products: Array, c: Array) -> float:
-    """Sum of squared residuals for coefficients c (k,)."""
-    v = np.append(c, -1.0)
-    return float(v @ products @ v)
+    p, k = rows.base.shape[2], accepted_columns.shape[2]
+    free, _ = project_out(z[:, :, :p], z[:, :, p:], common=rows.common)
+    return without_rounding(project_out_first(free, k), free[:, :, k:])
 
 
 def white_noise_model(q: int) -> NoiseModel:

@@ -1,12 +1,14 @@
-"""Held-out share of the residual that bins of a channel explain, in body and earth frame."""
+"""Channels beside a residual: held-out shares that they explain, and channels that act in a window alone."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from diagnosis.evidence.baseline import Baseline
+from diagnosis.library.drivers import CHANNEL_LAGS, Driver, find_drivers, in_axes
 from diagnosis.policy import Policy
 from diagnosis.problem.actuators import as_currents
 from diagnosis.problem.blocks import Cut
@@ -19,7 +21,7 @@ TIME = "time_s"
 
 
 class ChannelShare(NamedTuple):
-    """A channel, the frame ("body", "earth", "strength"), and the channel's share of the gap's slow power."""
+    """A channel, the frame ("body", "earth", "strength"), and the channel's share of the gap on held-out data."""
 
     channel: str
     frame: str
@@ -57,7 +59,9 @@ def channels(problem: LinearProblem) -> Iterator[tuple[str, Array]]:
     if "rate" in problem.inputs:
         yield from _columns("rate_{}", "xyz", state.rate_rad_s)
     if recording.att_q is not None:
-        yield from _angles(matrix_from_q(np.ascontiguousarray(recording.att_q)))
+        R_wb = matrix_from_q(np.ascontiguousarray(recording.att_q))
+        yield "heading", np.arctan2(R_wb[:, 1, 0], R_wb[:, 0, 0])
+        yield from _tilts(R_wb[:, 2])
     if problem.level is not None:
         yield from _tilts(-problem.level.down)
     if recording.pos_enu_m is not None:
@@ -65,14 +69,8 @@ def channels(problem: LinearProblem) -> Iterator[tuple[str, Array]]:
     yield from state.channels.items()
 
 
-def _columns(name: str, parts: Iterator[str] | tuple[str, ...] | str, values: Array) -> Iterator[tuple[str, Array]]:
-    for part, column in zip(parts, values.T, strict=True):
-        yield name.format(part), column
-
-
-def _angles(R_wb: Array) -> Iterator[tuple[str, Array]]:
-    yield "heading", np.arctan2(R_wb[:, 1, 0], R_wb[:, 0, 0])
-    yield from _tilts(R_wb[:, 2])
+def _columns(name: str, parts: Sequence[str], values: Array) -> Iterator[tuple[str, Array]]:
+    yield from zip(map(name.format, parts), values.T, strict=True)
 
 
 def _tilts(up: Array) -> Iterator[tuple[str, Array]]:
@@ -97,3 +95,53 @@ def explained_share(channel: Array, residual: Array, policy: Policy) -> float:
         after += float(((residual[~train] - guess[place[~train]]) ** 2).sum())
     before = float((residual**2).sum())
     return 1 - after / before if before > 0 else 0.0
+
+
+def find_followed_channel(start: Baseline, names: Collection[str]) -> ChannelShare | None:
+    """The named channel that the base follows best, at once or with a lag; None without channels or attitude.
+
+    Columns ``B (x) (u, u^2, ...)`` on every axis, u the channel with a lag, up to the power `followed_order`; the lag
+    is selected with the first power alone.
+    """
+    problem = start.problem
+    known = [one for one in find_drivers(problem) if one.name in names]
+    if not known or problem.mode != "vector":
+        return None
+    each = [(one.name, terms) for one in known for terms in lagged_terms(problem, one)]
+    channel, terms = max(each, key=lambda one: start.evidence_of(_times(problem.base, one[1][:, :1])))
+    end, train = start.with_columns(_times(problem.base, terms)), ~start.splits[0]
+    test = start.held_out_samples() & (problem.usable > 0)
+    before, after = (float((baseline.residual(train)[test] ** 2).mean()) for baseline in (start, end))
+    return ChannelShare(channel, "body", (before - after) / max(before - 1, 1e-9))
+
+
+def lagged_terms(problem: LinearProblem, driver: Driver) -> Iterator[Array]:
+    """Powers (n, j) of a channel up to `followed_order`, at once and with each lag."""
+    for way in CHANNEL_LAGS[:: problem.policy.followed_lags]:
+        yield driver.terms(way, problem.state.interval_s)[:, : problem.policy.followed_order]
+
+
+def _times(base: Array, terms: Array) -> Array:
+    """Columns (n, 3, 3 p j): the base (n, p) of each axis times terms (n, j)."""
+    both = (base[:, :, None] * terms[:, None, :]).reshape(len(base), -1)
+    return in_axes(np.broadcast_to(np.eye(3), (len(base), 3, 3)), both)
+
+
+def channels_on_within(problem: LinearProblem, window: tuple[float, float]) -> tuple[str, ...]:
+    """Names of recorded channels that are on, or off, only within a window (s)."""
+    return courses_on_within(problem, window, ((driver.name, driver.x) for driver in find_drivers(problem)))
+
+
+def courses_on_within(
+    problem: LinearProblem, window: tuple[float, float], several: Iterable[tuple[str, Array]]
+) -> tuple[str, ...]:
+    """Names of courses (n,) that are on, or off, only within a window (s)."""
+    cut = Cut.of(len(problem.recording), problem.state.interval_s, problem.policy)
+    time_s, (begin_s, end_s) = problem.state.time_s, window
+    acts = cut.means(((time_s >= begin_s) & (time_s < end_s)).astype(float))
+    return tuple(name for name, x in several if correlation(acts, cut.means(x)) > problem.policy.nearly_all)
+
+
+def correlation(first: Array, second: Array) -> float:
+    """``|r|`` of courses (m,); 0 for a constant course."""
+    return abs(float(np.corrcoef(first, second)[0, 1])) if np.ptp(first) > 0 and np.ptp(second) > 0 else 0.0

@@ -20,8 +20,6 @@ LEAST_SLOW = 1e-7
 """Variance over the white variance below which a process is left out."""
 LEAST_POWER = 1e-12
 """Least power of a band and least variance of an output, since the base may fit a recording of a few fields exactly."""
-SAME_STEP, SETTLED = 1e-6, 1e-12
-"""Relative difference of equal time steps, and the change of a gain below which the gain is constant."""
 
 
 @dataclass(frozen=True)
@@ -78,29 +76,13 @@ class NoiseModel:
         A Kalman filter with transition ``exp(-dt / tau_j)`` at the true times; unusable rows do not update the state.
         """
         if self.output_axes is not None and self.turning.size:
-            return self._whitened_together(self.output_axes, time_s, usable, columns)
-        out, ln_S = np.zeros(columns.shape), np.zeros(columns.shape[:2])
-        for a, (white, slow) in enumerate(zip(self.white, self.slow, strict=True)):
-            there = slow > LEAST_SLOW * white
-            innovation, ln = _filter(time_s, usable, columns[:, a].copy(), self.tau_s[there], slow[there], float(white))
-            out[:, a], ln_S[:, a] = innovation, ln
+            return _innovations(time_s, usable, columns, self.white, *self._processes(self.output_axes))
+        parts = []
+        for a, slow in enumerate(self.slow):
+            there, white = slow > LEAST_SLOW * self.white[a], self.white[[a]]
+            parts.append(_innovations(time_s, usable, columns[:, [a]], white, self.tau_s[there], slow[there]))
+        out, ln_S = (np.concatenate(part, axis=1) for part in zip(*parts, strict=True))
         return out, ln_S
-
-    def _whitened_together(
-        self, output_axes: Array, time_s: Array, usable: Array, columns: Array
-    ) -> tuple[Array, Array]:
-        """Innovations and ln S where the outputs share a wander of three axes: sequential updates by output."""
-        n, q, w = columns.shape
-        tau_s, variance, seen = self._processes(output_axes)
-        root = np.sqrt(self.white)[:, None]
-        decay = np.ones((n, q, len(tau_s)))
-        decay[1:, 0] = np.exp(-np.diff(time_s)[:, None] / tau_s)
-        steps = decay.reshape(n * q, -1)[1:]
-        processes = (variance, steps, (1 - steps**2) * variance)
-        each, toward = (np.reshape(values / root, (n * q, -1)) for values in (columns, seen))
-        out, ln_S = innovations(each, toward, processes, 1.0, np.repeat(usable, q))
-        there = (usable > 0)[:, None]
-        return out.reshape(n, q, w), ln_S.reshape(n, q) + there * np.log(self.white)
 
     def _processes(self, output_axes: Array) -> tuple[Array, Array, Array]:
         """Time constants (m,), variances (m,) and output projections (n, q, m) of all active processes."""
@@ -111,6 +93,24 @@ class NoiseModel:
         variance = np.concatenate([self.slow[slow], np.repeat(self.turning[turning], 3)])
         own = np.broadcast_to(np.arange(q)[:, None] == whose, (n, q, len(whose)))
         return tau_s, variance, np.concatenate([own, np.tile(output_axes, turning.sum())], axis=2)
+
+
+def _innovations(
+    time_s: Array, usable: Array, columns: Array, white: Array, tau_s: Array, variance: Array, seen: Array | None = None
+) -> tuple[Array, Array]:
+    """Scaled innovations (n, q, w) of columns and ln S (n, q), by sequential updates of the outputs.
+
+    white (q,): variances of the outputs' own noise; seen (n, q, m): how they see m processes, None: fully.
+    """
+    n, q, w = columns.shape
+    root = np.sqrt(white)[:, None]
+    decay = np.ones((n, q, len(tau_s)))
+    decay[1:, 0] = np.exp(-np.diff(time_s)[:, None] / tau_s)
+    steps = decay.reshape(n * q, -1)[1:]
+    toward = np.ones_like(decay) if seen is None else seen
+    each, toward = (np.reshape(values / root, (n * q, -1)) for values in (columns, toward))
+    out, ln_S = innovations(each, toward, (variance, steps, (1 - steps**2) * variance), 1.0, np.repeat(usable, q))
+    return out.reshape(n, q, w), ln_S.reshape(n, q) + (usable > 0)[:, None] * np.log(white)
 
 
 def _even(total: Array, p: int) -> Array:
@@ -199,59 +199,3 @@ def _fitted(start: Array, shapes: Array, power: Array, lines: Array) -> Array:
                     less += down[b] * shapes[j, b]
                 variance[a, j] *= more / less
     return variance
-
-
-@fast_kernel
-def _filter(
-    time_s: Array, usable: Array, columns: Array, tau_s: Array, slow: Array, white: float
-) -> tuple[Array, Array]:
-    """Innovations e / sqrt(S) (n, w) of columns y (n, w), and ln S (n,), of one output.
-
-    ``x_j' = a_j x_j``, ``P' = a a^T P + diag((1 - a^2) v)``, ``a_j = exp(-dt / tau_j)``, v the slow variances; ``e = y
-    - sum x``, ``S = white + sum P``, ``K = P 1 / S``, ``x' = x + K e``, ``P' = P - K K^T S``. At equal steps K
-    converges and P is no longer updated. A single loop: function calls would cost a fifth of the time.
-    """
-    n, w = columns.shape
-    J = len(tau_s)
-    P, x = np.diag(slow), np.zeros((J, w))
-    gain, kept, e = np.zeros(J), np.zeros(J), np.zeros(w)
-    out, ln_S = np.zeros((n, w)), np.zeros(n)
-    S, last_s, settled = white, -1.0, False
-    for i in range(n):
-        if i > 0:
-            step_s = time_s[i] - time_s[i - 1]
-            settled = settled and abs(step_s - last_s) < SAME_STEP * step_s and usable[i] > 0
-            if not settled:
-                kept[:] = np.exp(-step_s / tau_s)
-                last_s = step_s
-                for j in range(J):
-                    for k in range(J):
-                        P[j, k] *= kept[j] * kept[k]
-                    P[j, j] += (1 - kept[j] * kept[j]) * slow[j]
-            for j in range(J):
-                for c in range(w):
-                    x[j, c] *= kept[j]
-        if usable[i] == 0:
-            continue
-        if not settled:
-            S = white + P.sum()
-            change = 0.0
-            for j in range(J):
-                new = P[j].sum() / S
-                change = max(change, abs(new - gain[j]))
-                gain[j] = new
-            for j in range(J):
-                for k in range(J):
-                    P[j, k] -= gain[j] * gain[k] * S
-            settled = i > 0 and change < SETTLED
-        ln_S[i], size = np.log(S), np.sqrt(S)
-        e[:] = columns[i]
-        for j in range(J):
-            for c in range(w):
-                e[c] -= x[j, c]
-        for j in range(J):
-            for c in range(w):
-                x[j, c] += gain[j] * e[c]
-        for c in range(w):
-            out[i, c] = e[c] / size
-    return out, ln_S

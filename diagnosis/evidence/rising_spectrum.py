@@ -11,7 +11,7 @@ from scipy.optimize import isotonic_regression
 from scipy.stats import chi2
 
 from diagnosis.evidence.active_parts import NORMAL_MAD
-from diagnosis.evidence.model_noise import within_stated_errors
+from diagnosis.evidence.along_field import within_stated_errors
 from diagnosis.evidence.residual_tests import bridge_unused, mean_lengths_s
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem

@@ -14,12 +14,11 @@ import numpy as np
 
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.candidate_test import CandidateFit, ColouredBaseline
-from diagnosis.evidence.channels_in_window import channels_on_within
 from diagnosis.evidence.hypothesis import in_sample_gains
-from diagnosis.evidence.localise import TIME
+from diagnosis.evidence.localise import TIME, channels_on_within, lagged_terms
 from diagnosis.evidence.within_row import gain_within
 from diagnosis.library.candidates import Candidate, attitude_turns
-from diagnosis.library.drivers import AT_ONCE, CHANNEL_LAGS, Driver, find_drivers, in_axes
+from diagnosis.library.drivers import AT_ONCE, Driver, find_drivers, in_axes
 from diagnosis.problem.linear import LinearProblem
 from scenarios.arrays import Array
 from sim.effects.channels import HIGHEST, powers
@@ -152,8 +151,8 @@ def _courses(problem: LinearProblem) -> Iterator[tuple[str, Array]]:
     interval_s, time = problem.state.interval_s, Driver.of(TIME, problem.state.time_s, problem.policy)
     if time is not None:
         yield TIME, time.terms(AT_ONCE, interval_s)
-    ways = CHANNEL_LAGS[:: problem.policy.followed_lags]
-    yield from ((driver.name, driver.terms(way, interval_s)[:, :1]) for driver in find_drivers(problem) for way in ways)
+    for driver in find_drivers(problem):
+        yield from ((driver.name, terms[:, :1]) for terms in lagged_terms(problem, driver))
 
 
 def size_of_each_part(baseline: Baseline, candidate: Candidate) -> Iterator[Rival]:
@@ -223,13 +222,8 @@ def with_attitude_wander(beside: ColouredBaseline, problem: LinearProblem) -> Co
     """
     if not problem.turns:
         return None
-    rows = beside.rows
-    turns = rows.bin(attitude_turns(problem))
-    n, q, p = rows.base.shape
-    base = np.zeros((n, q, q, p))
-    base[:, np.arange(q), np.arange(q)] = rows.base
-    output_axes = turns / np.sqrt((turns**2).mean())
-    together = replace(rows, base=base.reshape(n, q, q * p), output_axes=output_axes, common=True)
+    turns = beside.rows.bin(attitude_turns(problem))
+    together = replace(beside.rows.in_common(), output_axes=turns / np.sqrt((turns**2).mean()))
     return ColouredBaseline.in_rows(together, beside.accepted_columns)
 
 

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from diagnosis.evidence.along_field import is_attitude_error
 from diagnosis.evidence.block_steps import Density, Steps, is_random
 from diagnosis.evidence.localise import TIME, localise
 from diagnosis.evidence.slow_spectrum import SlowSpectrum
-from diagnosis.problem.blocks import Cut
 from diagnosis.problem.linear import LinearProblem
 from scenarios.arrays import Array
 from sim.effects.base import Effect
@@ -97,27 +97,6 @@ def _score(problem: LinearProblem, residual: Array) -> float:
     policy, interval_s = problem.policy, problem.state.interval_s
     spectrum = SlowSpectrum.of(residual, interval_s, policy)
     return Steps.of(residual, interval_s, policy).fit(spectrum.level, spectrum.shape)[0]
-
-
-def is_attitude_error(problem: LinearProblem, residual: Array, mean_s: float | None = None) -> bool:
-    """Whether means of a residual (n, q) have no part along the field, see `power_share_along_field`."""
-    return (
-        problem.compares_across
-        and power_share_along_field(problem, residual, mean_s) < problem.policy.least_along_field
-    )
-
-
-def power_share_along_field(problem: LinearProblem, residual: Array, mean_s: float | None = None) -> float:
-    """Share of a residual's power along the field, in means over `mean_s`, by default the policy's `slow_mean_s`."""
-    length = max(1, round((mean_s or problem.policy.slow_mean_s) / problem.state.interval_s))
-    cut = Cut(length, len(residual) // length)
-    if problem.level is not None:
-        power = (cut.means(residual * problem.sigma_nT) ** 2).sum(axis=0)
-        return float(power[0] / max(power.sum(), 1e-300))
-    turned = problem.state.field_nT @ problem.turn.T
-    direction = turned / np.linalg.norm(turned, axis=1, keepdims=True)
-    nT, u = cut.means(residual * problem.sigma_nT), cut.means(direction)
-    return float(((nT * u).sum(axis=1) ** 2).sum() / max((nT**2).sum(), 1e-300))
 
 
 def _refitted(residual: Array, base: Array, interval_s: float, density: Density) -> Array:

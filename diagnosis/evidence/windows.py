@@ -40,11 +40,9 @@ class Timeline:
     @classmethod
     def of(cls, rows: BinnedRows, accepted_columns: Array) -> Timeline:
         """The timeline of rows with accepted columns (n, q, k)."""
-        n, q, _ = rows.base.shape
-        known = np.concatenate([_of_all(rows), accepted_columns.reshape(n * q, -1)], axis=1)
-        Q = np.linalg.qr(known)[0]
-        y = rows.target.reshape(-1)
-        return cls(rows, Q, (y - Q @ (Q.T @ y)).reshape(n, q))
+        known, y = np.concatenate([rows.in_common().base, accepted_columns], axis=2), rows.target.ravel()
+        Q = np.linalg.qr(known.reshape(len(y), -1))[0]
+        return cls(rows, Q, (y - Q @ (Q.T @ y)).reshape(rows.target.shape))
 
     def best(self, columns: Array) -> Span:
         """The window in which columns (n, q, k) explain most; the ends are refined down to single rows.
@@ -92,17 +90,6 @@ class Timeline:
         width = others.shape[2]
         parts = [columns[a:b].reshape(-1, k).T @ others[a:b].reshape(-1, width) for a, b in itertools.pairwise(edges)]
         return np.concatenate([np.zeros((1, k, width)), np.cumsum(parts, axis=0)])
-
-
-def _of_all(rows: BinnedRows) -> Array:
-    """Base of all outputs (n q, .): block diagonal, or (n q, p) with shared coefficients."""
-    n, q, p = rows.base.shape
-    if rows.common:
-        return rows.base.reshape(n * q, p)
-    base = np.zeros((n, q, q, p))
-    for a in range(q):
-        base[:, a, a] = rows.base[:, a]
-    return base.reshape(n * q, q * p)
 
 
 def around(at: int, step: int, n: int, count: int) -> Places:

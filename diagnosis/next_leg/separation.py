@@ -8,10 +8,10 @@ from functools import cached_property, partial
 
 import numpy as np
 
+from diagnosis.evidence.projections import products, solved, squares_left, without_rounding
 from diagnosis.library.candidates import Candidate, iron_candidates, propose_candidates
 from diagnosis.library.dipole_position import ThinnedPath
 from diagnosis.library.parameter_search import refine_between_neighbours
-from diagnosis.problem.blocks import Cut, Sums, fit, squares, sums
 from diagnosis.problem.linear import LinearProblem
 from scenarios.arrays import Array
 from sim.chain import apply_deterministic
@@ -55,12 +55,9 @@ class LegProblem:
         Half the squares, in units of the noise, left of the simulator's prediction.
         """
         target = self.target(true)
-        squares = {candidate: self._unexplained_squares(target, candidate) for candidate in wrong}
-        nearest = min(squares, key=lambda candidate: squares[candidate])
-        moved = self._refined_candidate(nearest, target)
-        return (
-            min(squares[nearest], squares[moved] if moved in squares else self._unexplained_squares(target, moved)) / 2
-        )
+        misfit = partial(self._unexplained_squares, target)
+        nearest = min(wrong, key=misfit)
+        return min(map(misfit, (nearest, self._refined_candidate(nearest, target)))) / 2
 
     def total_nats(self, true: Effect) -> float:
         """Nats of an effect next to the iron."""
@@ -70,17 +67,18 @@ class LegProblem:
     def fitted(self, true: Effect, wrong: Sequence[Candidate]) -> Effect:
         """The best setting of a wrong candidate, fitted to a true effect."""
         target = self.target(true)
-        best = min(wrong, key=lambda candidate: self._unexplained_squares(target, candidate))
-        s = self._sums(target, best)
-        return best.to_effect(fit(s, s.all_folds).c)
+        best = min(wrong, key=partial(self._unexplained_squares, target))
+        return best.to_effect(solved(self._products(target, best)))
 
-    def _sums(self, target: Array, candidate: Candidate) -> Sums:
-        return sums(Cut(len(target), 1), self.base, candidate.columns(self.problem), target, self.problem.usable)
+    def _products(self, target: Array, candidate: Candidate) -> Array:
+        """Products (k + 1, k + 1) of a candidate's columns and a target (n, q), without the part that iron explains."""
+        both = np.concatenate([candidate.columns(self.problem), target[:, :, None]], axis=2)
+        return products(without_rounding(self.without_base(both.reshape(len(both), -1)).reshape(both.shape), both))
 
     def _unexplained_squares(self, target: Array, candidate: Candidate) -> float:
         """Squares of a target (n, q) not explained by a candidate."""
-        s = self._sums(target, candidate)
-        return squares(s, fit(s, s.all_folds), s.all_folds)
+        N = self._products(target, candidate)
+        return squares_left(N, solved(N))
 
     def _refined_candidate(self, candidate: Candidate, target: Array) -> Candidate:
         """A candidate with its place refined to fit a target (n, q), or a listed value interpolated."""

@@ -10,8 +10,9 @@ import numpy as np
 
 from diagnosis.evidence.candidate_test import ColouredBaseline, surrogate_columns
 from diagnosis.evidence.held_out import search_price
-from diagnosis.evidence.hypothesis import Hypothesis, information_by_part, white_noise_model
+from diagnosis.evidence.hypothesis import Hypothesis, remaining, white_noise_model
 from diagnosis.evidence.noise_model import NoiseModel
+from diagnosis.evidence.projections import products
 from diagnosis.library.candidates import Candidate, missing_channels
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
@@ -51,9 +52,8 @@ class CandidateInRecording:
         )
         null_hypothesis = Hypothesis.with_noise_model(baseline.rows, baseline.accepted_columns, hypothesis.noise_model)
         part_count = baseline.rows.policy.scatter_parts
-        parts = information_by_part(
-            baseline.rows, baseline.accepted_columns, columns, hypothesis.noise_model, part_count
-        )
+        left = remaining(baseline.rows, baseline.accepted_columns, columns, hypothesis.noise_model)
+        parts = [products(part) for part in np.array_split(left, part_count)]
         null_gain = max(baseline.hypothesis.log_likelihood - null_hypothesis.log_likelihood, 0.0)
         held_out_gain = hypothesis.held_out_log_likelihood - max(
             baseline.hypothesis.held_out_log_likelihood, null_hypothesis.held_out_log_likelihood

@@ -9,8 +9,9 @@ import numpy as np
 
 from diagnosis.decision.selection import tests_with_effects
 from diagnosis.decision.white_choice import AcceptedEffect, in_same_family, is_form_by_size, select_simplest
+from diagnosis.evidence.along_field import explains_along_field
 from diagnosis.evidence.baseline import Baseline, added_share
-from diagnosis.evidence.candidate_test import ColouredBaseline, explains_along_field
+from diagnosis.evidence.candidate_test import ColouredBaseline
 from diagnosis.evidence.held_out import Evidence
 from diagnosis.evidence.hypothesis import information_matrices
 from diagnosis.evidence.noise_model import NoiseModel

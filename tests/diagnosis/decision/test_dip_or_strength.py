@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.evidence.slow_noise import is_attitude_error
+from diagnosis.evidence.along_field import is_attitude_error
 from diagnosis.result import Diagnosis
 from diagnosis.verdict import Verdict
 from diagnosis.workflow import diagnose

@@ -9,18 +9,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagnosis.evidence import candidate_test as standing
-from diagnosis.evidence.baseline import Baseline
-from diagnosis.evidence.candidate_test import (
-    ColouredBaseline,
-    _to_and_fro,
+from diagnosis.evidence import along_field as standing
+from diagnosis.evidence.along_field import (
     explains_along_field,
-    find_look_alikes,
     gain_along_field,
     residual_along_field,
     share_along_field,
-    surrogate_columns,
 )
+from diagnosis.evidence.baseline import Baseline
+from diagnosis.evidence.candidate_test import ColouredBaseline, _to_and_fro, find_look_alikes, surrogate_columns
 from diagnosis.evidence.held_out import search_price
 from diagnosis.evidence.hypothesis import Hypothesis, in_sample_gains
 from diagnosis.evidence.noise_model import NoiseModel

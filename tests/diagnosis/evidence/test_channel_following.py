@@ -9,8 +9,7 @@ import pytest
 
 from diagnosis.decision.verdict_rules import doubts_of, iron_follows_a_channel, unnamed_channels, verdict_of
 from diagnosis.evidence.baseline import Baseline
-from diagnosis.evidence.channel_following import find_followed_channel
-from diagnosis.evidence.localise import ChannelShare
+from diagnosis.evidence.localise import ChannelShare, find_followed_channel
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.verdict import Verdict
 from recordings.channels import TEMPERATURE, current_name

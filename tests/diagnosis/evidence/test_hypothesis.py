@@ -8,14 +8,10 @@ import numpy as np
 import pytest
 
 from diagnosis.decision.selection import select
+from diagnosis.evidence.along_field import explains_along_field, gain_along_field
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.binned_rows import BinnedRows
-from diagnosis.evidence.candidate_test import (
-    ColouredBaseline,
-    explains_along_field,
-    gain_along_field,
-    surrogate_columns,
-)
+from diagnosis.evidence.candidate_test import ColouredBaseline, surrogate_columns
 from diagnosis.evidence.hypothesis import Hypothesis, in_sample_gains, white_noise_model
 from diagnosis.evidence.noise_model import NoiseModel
 from diagnosis.library.candidates import Candidate, propose_candidates

@@ -10,18 +10,13 @@ import pytest
 from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation
 
+from diagnosis.evidence import along_field
 from diagnosis.evidence import slow_noise as slow_noise_module
+from diagnosis.evidence.along_field import is_attitude_error, power_share_along_field, within_stated_errors
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.block_steps import Steps
 from diagnosis.evidence.localise import TIME, ChannelShare
-from diagnosis.evidence.model_noise import within_stated_errors
-from diagnosis.evidence.slow_noise import (
-    find_slow_noise,
-    is_attitude_error,
-    is_earth_frame_noise,
-    power_share_along_field,
-    slow_noise,
-)
+from diagnosis.evidence.slow_noise import find_slow_noise, is_earth_frame_noise, slow_noise
 from diagnosis.evidence.slow_spectrum import SlowSpectrum
 from diagnosis.policy import STANDARD
 from diagnosis.problem.linear import LinearProblem
@@ -179,7 +174,7 @@ def test_a_wander_that_the_model_has_is_stated(name: str) -> None:
 def test_an_error_of_the_attitude_has_an_eighth_along_the_field_at_most(
     share: float, turns: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(slow_noise_module, "power_share_along_field", lambda *_: share)
+    monkeypatch.setattr(along_field, "power_share_along_field", lambda *_: share)
     assert is_attitude_error(problem(n=400), np.zeros((400, 3))) is turns
 
 
