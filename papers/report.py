@@ -9,7 +9,7 @@ from typing import Any
 
 from papers.base import Findings, PaperRow, Reproduction
 from recordings.files import system_errors_about, write_text
-from reports.pages.section import figure_html
+from reports.pages import section
 from reports.pages.template import render_page
 
 Results = Mapping[Reproduction, Findings]
@@ -33,7 +33,7 @@ def write(results: Results, out: Path) -> None:
         {
             "paper": paper,
             "rows": findings.rows,
-            "pictures": {k: figure_html(draw, k) for k, draw in findings.figures.items()},
+            "pictures": {k: section.figure_html(draw, k) for k, draw in findings.figures.items()},
         }
         for paper, findings in results.items()
     ]

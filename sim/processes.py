@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.signal import lfilter
 
 from scenarios.arrays import Array
+from sim.recursion import recursion
 
 
 @dataclass
@@ -31,6 +31,6 @@ class GaussMarkov:
         if self._last is None:
             self._last = self.std * self.rng.standard_normal(self.width)
         drive = self.std * math.sqrt(1.0 - p * p) * self.rng.standard_normal((n, self.width))
-        out, _ = lfilter([1.0], [1.0, -p], drive, axis=0, zi=p * self._last[None])
+        out = np.asarray(recursion(drive, p, self._last))
         self._last = out[-1]
-        return np.asarray(out)
+        return out

@@ -6,11 +6,11 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.signal import lfilter
 
 from scenarios.arrays import Array
 from scenarios.spec import ThermalSpec
 from sim.portable_arithmetic import extended
+from sim.recursion import recursion
 
 
 @dataclass
@@ -34,6 +34,6 @@ class Thermometer:
         if self._last is None:
             self._last = float(around[0]) if s.initial_degC is None else s.initial_degC
         p = math.exp(-self.interval_s / s.time_constant_s)
-        out, _ = lfilter([1.0 - p], [1.0, -p], goal, zi=[p * self._last])
+        out = recursion((1.0 - p) * goal[:, None], p, np.array([self._last]))[:, 0]
         self._last = float(out[-1])
         return np.asarray(out)

@@ -214,19 +214,22 @@ def tilts_from(limits: tuple[float, float] | str | None) -> Tilts | None:
 
 def engine(scheduler: str | None, jobs: int | None) -> Engine:
     """The engine that computes trials: a Dask cluster, processes of this machine, or without `jobs` this process."""
-    from validation.comparison.cluster import Cluster
     from validation.comparison.engine import ProcessEngine, SerialEngine
 
     if scheduler:
+        from validation.comparison.cluster import Cluster
+
         return Cluster(scheduler)
     return SerialEngine() if jobs is None else ProcessEngine(jobs)
 
 
 def tasks_on(scheduler: str | None) -> Tasks | None:
     """A Dask cluster for any tasks, None without one."""
+    if not scheduler:
+        return None
     from validation.comparison.cluster import Cluster
 
-    return Cluster(scheduler) if scheduler else None
+    return Cluster(scheduler)
 
 
 def check_count(option: str, value: int | None, least: int = 1) -> None:

@@ -6,7 +6,7 @@ from functools import partial
 
 from markupsafe import Markup
 
-from reports.pages.section import figure_html
+from reports.pages import section
 from reports.pages.template import render_page
 from reports.plots.pooled import draw_coefficients, draw_gaps
 from reports.presentation.pooled import PresentedEffect, PresentedPool
@@ -19,7 +19,7 @@ def pooled_page(pooled: PresentedPool, title: str, folders: tuple[str, ...]) -> 
     def drawn(effects: tuple[PresentedEffect, ...]) -> list[tuple[PresentedEffect, Markup]]:
         titles = (f"{one.name} by {pooled.scope.noun}" for one in effects)
         draws = (partial(draw_coefficients, pooled, one) for one in effects)
-        return list(zip(effects, map(figure_html, draws, titles), strict=True))
+        return list(zip(effects, map(section.figure_html, draws, titles), strict=True))
 
     values = {
         "title": title,
@@ -27,7 +27,7 @@ def pooled_page(pooled: PresentedPool, title: str, folders: tuple[str, ...]) -> 
         "effects": drawn(pooled.common),
         "alone": drawn(pooled.single),
         "gaps": list(zip(pooled.gaps, (*folders, ""), strict=True)),
-        "picture": figure_html(partial(draw_gaps, pooled), f"The gap of each {pooled.scope.noun}"),
+        "picture": section.figure_html(partial(draw_gaps, pooled), f"The gap of each {pooled.scope.noun}"),
         "own": list(zip(pooled.names, folders, (one.sentence for one in pooled.each), strict=True)),
     }
     return render_page("pooled.html", vars(pooled) | values)

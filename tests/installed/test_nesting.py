@@ -51,17 +51,17 @@ def test_no_module_looks_for_a_package_beside_magbench() -> None:
 
 def _looked_for_beside(path: Path) -> list[str]:
     """Our packages that a nested file would look for by their plain names."""
-    tree = ast.parse(nested(path.read_text(encoding="utf-8")))
-    texts = [node.value for node in ast.walk(tree) if isinstance(node, ast.Constant) and isinstance(node.value, str)]
+    nodes = list(ast.walk(ast.parse(nested(path.read_text(encoding="utf-8")))))
+    texts = [node.value for node in nodes if isinstance(node, ast.Constant) and isinstance(node.value, str)]
     dotted = [text for text in texts if text.split(".")[0] in PARTS and text.replace(".", "").isidentifier()]
-    return [name for name in _imported(tree) if name.split(".")[0] in PARTS] + [
+    return [name for name in _imported(nodes) if name.split(".")[0] in PARTS] + [
         text for text in dotted if "." in text and importlib.util.find_spec(text)
     ]
 
 
-def _imported(tree: ast.Module) -> list[str]:
-    imports = [node.module or "" for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
-    imports += [alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names]
+def _imported(nodes: list[ast.AST]) -> list[str]:
+    imports = [node.module or "" for node in nodes if isinstance(node, ast.ImportFrom)]
+    imports += [alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names]
     return imports
 
 

@@ -9,21 +9,23 @@ import pytest
 
 import magbench
 from recordings import Recording
-from tests.nightly import first_daily
 from tests.validation.screening.tumbling import F_NT, tumble
 
 CASES = sorted(
     path for path in (Path(__file__).parents[1] / "recordings" / "cases").glob("*.*") if path.suffix != ".md"
 )
 METHODS = ["sphere", "ellipsoid", "planar"]
+DAILY = ((0, F_NT), (1, 39_000.0))
+"""Seeds and strengths of the test run; the nightly run takes all."""
+SEEDS = [((seed, f), [pytest.mark.slow] * ((seed, f) not in DAILY)) for seed in range(5) for f in (F_NT, 39_000.0)]
 FAULTS = ("none", "stuck", "sentinel", "clip", "wrap", "half", "few", "wild", "step", "room")
 
 
 def check(data: Path | Recording, strength_nT: float) -> None:
+    fits = magbench.calibrate(data, strength_nT, with_=METHODS)
     found = {one.name: one.value for one in magbench.inspect(data).findings}
     methods = [method for method in METHODS if f"enough_for_{method}" in found]
     assert methods
-    fits = magbench.calibrate(data, strength_nT, with_=methods)
     stated = {one.name: one.value for one in magbench.inspect(data, strength_nT).findings}
     assert {m: found[f"enough_for_{m}"]["status"] for m in methods} == {m: fits[m].status.kind for m in methods}
     assert {m: stated[f"enough_for_{m}"]["reason"] for m in methods} == {m: fits[m].status.reason for m in methods}
@@ -33,15 +35,13 @@ def check(data: Path | Recording, strength_nT: float) -> None:
 @pytest.mark.parametrize("path", CASES, ids=lambda path: path.name)
 def test_of_every_small_log(path: Path) -> None:
     try:
-        magbench.calibrate(path, F_NT, with_=METHODS)
+        check(path, F_NT)
     except magbench.InputError:
         pytest.skip("refused")
-    check(path, F_NT)
 
 
-@pytest.mark.parametrize("strength_nT", [F_NT, 39_000.0])
 @pytest.mark.parametrize("fault", FAULTS)
-@pytest.mark.parametrize("seed", first_daily(range(5), daily=2))
+@pytest.mark.parametrize(("seed", "strength_nT"), [pytest.param(*one, marks=marks) for one, marks in SEEDS])
 def test_of_disturbed_recordings(seed: int, fault: str, strength_nT: float) -> None:
     """The reference's strength scales the answer only."""
     check(disturbed(seed, fault), strength_nT)

@@ -77,6 +77,7 @@ def test_two_names_in_one_process_load_each_its_own(tree: Path, run: Callable[[s
     assert folders(tree, "total") == ["nested.total", "plain.total"]
 
 
+@pytest.mark.slow
 def test_a_type_renamed_in_another_file_is_compiled_anew(tree: Path, run: Callable[[str], str]) -> None:
     assert run(USE.format(place="", name="Pair")) == "4.0 1"
     for file in ("types.py", "total.py"):

@@ -152,14 +152,14 @@ def test_junk_in_any_place_loads_or_is_told(name: str, tmp_path: Path) -> None:
         node = data
         for key in place[:-1]:
             node = node[key]
-        for junk in JUNK[count % 3 :: 3]:
+        for junk in JUNK[count % 6 :: 6]:
             node[place[-1]] = junk
             path.write_text(tomlkit.dumps(data))
             try:
                 load(path)
             except InputError as error:
                 told.append(str(error))
-    assert len(told) > 150
+    assert len(told) > 75
     assert not any("\n" in text for text in told)
 
 

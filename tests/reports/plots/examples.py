@@ -9,7 +9,6 @@ from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
-from unittest import mock
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -59,8 +58,9 @@ from validation.comparison.trial_table import TrialTable
 from validation.gates.gate_outcome import GateOutcome
 from validation.gates.runner import decide_gates
 from validation.inspection.sensor_data import SensorData
-from validation.planning import refinement
-from validation.planning.plan import Plan, planned
+from validation.planning.manoeuvre import Leg
+from validation.planning.plan import Plan, _flown
+from validation.planning.search import LegSelection
 from validation.planning.task import PlanningTask
 from validation.scoring.definitions import SCORE_DEFINITIONS
 from validation.scoring.outcome import Outcome
@@ -131,12 +131,10 @@ def gate() -> GateOutcome:
 
 @cache
 def flight_plan() -> Plan:
-    """A quadrotor's, whose best attitudes in place are drawn as rings; searched once, since any plan is drawn so."""
-    with (
-        mock.patch.object(refinement, "STEPS_DEG", refinement.STEPS_DEG[:1]),
-        mock.patch.object(refinement, "MOST_ROUNDS", 1),
-    ):
-        return planned(PlanningTask.of("quadrotor", load("standard-full"), "norm", noise_std_nT=10.0), 120.0)
+    """A quadrotor's, whose best attitudes in place are drawn as rings: of three legs that no search has found."""
+    task = PlanningTask.of("quadrotor", load("standard-full", ["sampling.rate_hz=5"]), noise_std_nT=10.0)
+    legs = tuple(Leg(yaw, pitch, roll, 1.0) for yaw, pitch, roll in ((0, 15, 5), (90, -15, 10), (180, 5, -15)))
+    return _flown(LegSelection(task, legs, 60.0, 1.0), None)
 
 
 class Histories(dict[Any, Any]):

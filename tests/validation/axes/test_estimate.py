@@ -112,7 +112,7 @@ def test_a_vehicle_that_hardly_turns_is_not_decided(seed: int, instruments: tupl
     assert outcome(estimated(given, taken, instruments, seed), taken) in ("undetermined", "narrowed")
 
 
-@pytest.mark.parametrize("logs", [40, pytest.param(160, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("logs", [25, pytest.param(160, marks=pytest.mark.slow)])
 def test_a_wrong_map_is_rarely_named(logs: int) -> None:
     """Over the range of conditions; `benchmarks.axes_alarms` counts more of them."""
     counts: Counter[str] = Counter()

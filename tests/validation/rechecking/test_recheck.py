@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation
 
 from calib import Calibration, Reference, Status, get
@@ -46,9 +47,8 @@ def log(
     a, b = np.radians(tilt_deg) * np.sin(2 * np.pi * t / rng.uniform(11, 17) + rng.uniform(0, 6, 2)[:, None])
     turn = Rotation.from_euler("ZYX", np.column_stack([2 * np.pi * t / 20, a, 2 * b]))
     current_A = rng.uniform(0, 1) + 10.0 * np.abs(np.sin(2 * np.pi * t / 7.3))
-    slow = np.zeros((n, 3))
-    for i in range(1, n):
-        slow[i] = slow[i - 1] * np.exp(-1 / 30) + np.sqrt(1 - np.exp(-2 / 30)) * rng.standard_normal(3)
+    drive, decay = np.sqrt(1 - np.exp(-2 / 30)) * rng.standard_normal((n - 1, 3)), np.exp(-1 / 30)
+    slow = np.concatenate([np.zeros((1, 3)), lfilter([1.0], [1.0, -decay], drive, axis=0)])
     noise = np.sqrt(1 - colour) * rng.standard_normal((n, 3)) + np.sqrt(colour) * slow
     mag = turn.inv().apply(FIELD_ENU_NT) @ np.asarray(soft).T + np.asarray(offset_nT) + noise_nT * noise
     if motor_nT_A is not None:
