@@ -20,6 +20,7 @@ from diagnosis.problem.linear import LinearProblem
 from scenarios.arrays import Array
 from sim.effects import EFFECTS
 from sim.state import MOTION
+from validation.signals.amplitude import rms
 
 
 class IronChanges(NamedTuple):
@@ -55,11 +56,15 @@ def _is_error_of_convention(change: AcceptedEffect, whole: Sequence[AcceptedEffe
 
 def _conventions(selection: Selection) -> Array:
     """Columns (n, q, k) of the change that another reference (temperature, origin) of the effects would make."""
-    problem, columns = selection.end.problem, [np.zeros((*selection.end.problem.target.shape, 0))]
-    for effect in selection.accepted:
-        fitted = effect.evidence.candidate.to_effect(effect.evidence.coefficients)
-        columns.append(problem.whitened(fitted.convention_columns(problem.state, problem.clean_nT), type(fitted)))
-    return np.concatenate(columns, axis=2)
+    problem = selection.end.problem
+    columns = (_reference_columns(effect.evidence, problem) for effect in selection.accepted)
+    return np.concatenate([np.zeros((*problem.target.shape, 0)), *columns], axis=2)
+
+
+def _reference_columns(evidence: Evidence, problem: LinearProblem) -> Array:
+    """Columns (n, q, k) of the change that another reference of a fitted effect would make; k = 0 without one."""
+    effect = evidence.candidate.to_effect(evidence.coefficients)
+    return problem.whitened(effect.convention_columns(problem.state, problem.clean_nT), type(effect))
 
 
 def _find_changes(selection: Selection, baseline: Baseline) -> tuple[AcceptedEffect, ...]:
@@ -107,10 +112,8 @@ def _is_conventional(rival: Evidence, problem: LinearProblem) -> bool:
     """
     if not MOTION.issuperset(rival.candidate.effect.needs):
         return False
-    effect, state = rival.candidate.to_effect(rival.coefficients), problem.state
-    counted = problem.whitened(effect.convention_columns(state, problem.clean_nT), type(effect))
     added = (rival.candidate.columns(problem) @ rival.coefficients).ravel()
-    A = counted.reshape(len(added), -1)
+    A = _reference_columns(rival, problem).reshape(len(added), -1)
     residual = added - A @ np.linalg.lstsq(A, added, rcond=None)[0]
     return bool(np.linalg.norm(residual) < problem.policy.little * np.linalg.norm(added))
 
@@ -162,31 +165,18 @@ def _candidates_without_search(
 def _is_negligible(chosen: AcceptedEffect, changes: list[AcceptedEffect], selection: Selection) -> bool:
     """Whether a change is a form error of accepted effects, within the stated attitude error, or negligible.
 
-    Within the iron only rotations have a form error; all else is linear. An event outside the training data leaves
-    chance evidence on held-out data.
+    Effects count without fitted iron, but for those whose reference is part of the iron: a sensor at 10 degrees has a
+    large part of ``k (T - 20)`` in its iron. Within the iron only rotations have a form error; all else is linear. An
+    event outside the training data leaves chance evidence on held-out data.
     """
-    problem = selection.end.problem
-    if chosen.evidence.raw_gain < problem.policy.accepted(len(EFFECTS)):
+    problem, policy = selection.end.problem, selection.end.problem.policy
+    if chosen.evidence.raw_gain < policy.accepted(len(EFFECTS)):
         return True
-    larger = [_nats_without_iron(effect, problem) for effect in selection.accepted]
-    larger += [effect.evidence.gain for effect in changes[:1] if effect.evidence.candidate.effect.tangents]
-    share = problem.policy.form_share if selection.after.clean else problem.policy.same_form_share
-    form = share**2 * max(larger, default=0.0)
-    return chosen.evidence.gain < form or chosen.evidence.strength < _attitude_error_rms(problem)
-
-
-def _nats_without_iron(effect: AcceptedEffect, problem: LinearProblem) -> float:
-    """Nats of an effect without fitted iron; with fitted iron where the effect's reference is part of the iron.
-
-    A sensor at 10 degrees has a large part of ``k (T - 20)`` in its iron.
-    """
-    fitted = effect.evidence.candidate.to_effect(effect.evidence.coefficients)
-    counted = fitted.convention_columns(problem.state, problem.clean_nT).shape[2]
-    return effect.evidence.gain if counted else effect.evidence.raw_gain
-
-
-def _attitude_error_rms(problem: LinearProblem) -> float:
-    """Largest rms due to the stated attitude error, in units of the noise."""
-    policy, strength_nT = problem.policy, float(np.linalg.norm(problem.state.field_enu_nT))
-    turned_nT = policy.somewhat_larger * problem.attitude_std_rad * strength_nT
-    return turned_nT / float(np.sqrt((problem.sigma_nT**2).mean()))
+    effects = [effect.evidence for effect in selection.accepted]
+    larger = [each.gain if _reference_columns(each, problem).shape[2] else each.raw_gain for each in effects]
+    larger += [change.evidence.gain for change in changes[:1] if change.evidence.candidate.effect.tangents]
+    share = policy.form_share if selection.after.clean else policy.same_form_share
+    if chosen.evidence.gain < share**2 * max(larger, default=0.0):
+        return True
+    turned_nT = policy.somewhat_larger * problem.attitude_std_rad * float(np.linalg.norm(problem.state.field_enu_nT))
+    return chosen.evidence.strength < turned_nT / rms(problem.sigma_nT)

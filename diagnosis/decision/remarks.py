@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
@@ -14,22 +13,14 @@ from diagnosis.problem.strength import turn_rate_rad_s, turns_too_fast
 from diagnosis.result import Diagnosis, EvidenceKind
 from diagnosis.verdict import Verdict
 from recordings.channels import ALTITUDE, LATITUDE, LONGITUDE
+from recordings.readers.navigation import EARTH_RADIUS_M
 from scenarios.arrays import Array
 from sim.chain import apply_deterministic
 from sim.effects.chain_position import iron_matrix
+from validation.axes.maps import TURNS, is_turn, map_text
 from validation.signals.amplitude import rms
 from validation.signals.time_units import finer_unit
 from validation.text import digits
-
-EARTH_RADIUS_M = 6.371e6
-"""Mean radius; a dipole's field falls with the third power of the distance from its centre."""
-
-AXES = [
-    np.array(order) * np.array(signs)[:, None]
-    for order in itertools.permutations(np.eye(3))
-    for signs in itertools.product((1.0, -1.0), repeat=3)
-]
-"""The 48 matrices that map axes to axes: 24 rotations and 24 reflections."""
 
 
 def remarks(diagnosis: Diagnosis) -> tuple[str, ...]:
@@ -141,7 +132,8 @@ def axis_permutation(problem: LinearProblem) -> str | None:
 
     The permutation nearest to the matrix that best maps the modelled to the measured field [Wahba1965]: ``U V``, where
     ``U diag(s) V`` is the mean product of both fields about their means [Markley1988]. Reflections are considered only
-    where the motion shows three axes; an unseen axis is taken as right-handed.
+    where the motion shows three axes, by a spread of the field above the residual of any iron; an unseen axis is taken
+    as right-handed.
     """
     if not problem.turns:
         return None
@@ -149,31 +141,19 @@ def axis_permutation(problem: LinearProblem) -> str | None:
         field_nT - field_nT.mean(axis=0) for field_nT in (problem.clean_nT, problem.predicted_nT)
     )
     U, s, V = np.linalg.svd(measured_nT.T @ modelled_nT / len(measured_nT))
-    visible = int(np.count_nonzero(np.sqrt(s) > _least_visible_nT(problem)))
+    left_nT = rms((problem.target * problem.sigma_nT)[problem.usable > 0])
+    strength_nT = float(np.linalg.norm(problem.state.field_enu_nT))
+    visible = int(np.count_nonzero(np.sqrt(s) > max(problem.policy.hardly_any * strength_nT, left_nT)))
     if visible < 3:
         U[:, 2] *= np.linalg.det(U @ V)
-    nearest = max(AXES, key=lambda P: float((P * (U @ V)).sum()))
+    nearest = max([*TURNS, *-TURNS], key=lambda P: float((P * (U @ V)).sum()))
     off_deg = np.degrees(np.arccos(np.clip(((nearest * (U @ V)).sum() - 1) / 2, -1.0, 1.0)))
     if visible < 2 or np.allclose(nearest, np.eye(3)) or off_deg > problem.policy.turned_axes_deg:
         return None
-    return ", ".join(map(_axis, nearest)) + _axis_ambiguity(nearest, visible)
-
-
-def _axis(row: Array) -> str:
-    return f"{'-' if row.sum() < 0 else ''}{'xyz'[int(np.abs(row).argmax())]}"
-
-
-def _least_visible_nT(problem: LinearProblem) -> float:
-    """Least spread of the field along a direction of known sign: above the residual of any iron."""
-    left_nT = (problem.target * problem.sigma_nT)[problem.usable > 0]
-    return max(problem.policy.hardly_any * float(np.linalg.norm(problem.state.field_enu_nT)), rms(left_nT))
-
-
-def _axis_ambiguity(axes: Array, visible: int) -> str:
-    """Addition for axes (3, 3), by the number of field directions shown by the motion."""
+    told = map_text(nearest).replace(",", ", ")
     if visible < 3:
-        return " (or mirrored, or the attitude is inverted: cannot be determined on this motion)"
-    return ", mirrored (the sign or the order of columns is wrong)" if np.linalg.det(axes) < 0 else ""
+        return f"{told} (or mirrored, or the attitude is inverted: cannot be determined on this motion)"
+    return told if is_turn(nearest) else f"{told}, mirrored (the sign or the order of columns is wrong)"
 
 
 def mount_remark(diagnosis: Diagnosis) -> Iterator[str]:

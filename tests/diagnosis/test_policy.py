@@ -53,7 +53,6 @@ GUARDS = {
     "legs.py": {"LEGS", "SWAYING", "QUICK", "QUIET"},
     "result.py": {"NORMAL_95"},
     "model_file.py": {"DIGITS"},
-    "remarks.py": {"EARTH_RADIUS_M", "AXES"},
     "sentence.py": {"LISTED_CHANNELS"},
     "chain.py": {"STEPS"},
     "refinement.py": {"ROUNDS", "CHAINS", "IMPOSSIBLE"},

@@ -11,7 +11,6 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from diagnosis.decision.remarks import (
-    AXES,
     axes_remark,
     axis_permutation,
     iron_remark,
@@ -33,7 +32,10 @@ from scenarios.arrays import Array
 from sim import effects as effect_table
 from sim.scenario import ModelSpec
 from tests.diagnosis.synthetic import FIELD_ENU_NT, STRENGTH_NT, recording, without_attitude
+from validation.axes.maps import TURNS
 
+MAPS = [*TURNS, *-TURNS]
+"""The 48 matrices that map axes to axes: 24 rotations and 24 reflections."""
 IRON: dict[str, Any] = {
     "soft_iron": {"matrix": [[0.03, 0.02, -0.01], [0.01, -0.03, 0.01], [-0.01, 0.02, 0.02]]},
     "hard_iron": {"offset_nT": [300.0, -200.0, 150.0]},
@@ -187,10 +189,10 @@ def _axes(swap: Array, tilt_rad: float, noise_nT: float = 0.0) -> str | None:
 
 @pytest.mark.parametrize("tilt_rad", [0.5, 0.1])
 def test_each_of_the_48_is_told_where_three_axes_are_shown(tilt_rad: float) -> None:
-    told = [_axes(swap, tilt_rad) for swap in AXES]
+    told = [_axes(swap, tilt_rad) for swap in MAPS]
     assert told[0] is None
     assert len(set(told)) == 48
-    mirrored = [bool(np.linalg.det(swap) < 0) for swap in AXES]
+    mirrored = [bool(np.linalg.det(swap) < 0) for swap in MAPS]
     assert ["mirrored (the sign" in (one or "") for one in told] == mirrored
 
 
