@@ -9,7 +9,7 @@ import pytest
 from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation
 
-from diagnosis.decision import second_passes as jointly
+from diagnosis.decision import second_passes
 from diagnosis.decision.second_passes import select_jointly
 from diagnosis.decision.selection import select
 from diagnosis.problem.formulation import pose
@@ -100,7 +100,7 @@ def test_iron_that_leaves_more_than_before_is_not_taken(monkeypatch: pytest.Monk
     posed = pose(given, None, float(np.hypot(0.42, 0.9075) * FIELD_NT), ())
     others = frozenset(BY_NAME) - {MotorCurrent.name}
     once = select(posed, others)
-    monkeypatch.setattr(jointly, "refit_iron", worse)
+    monkeypatch.setattr(second_passes, "refit_iron", worse)
     again = select_jointly(posed, others)
     assert np.array_equal(again.end.residual(), once.end.residual())
 
@@ -112,8 +112,8 @@ def test_names_that_leave_more_than_was_there_are_none(monkeypatch: pytest.Monke
     assert once.accepted
     assert not once.before.clean
     as_bad = replace(once, after=once.before)
-    assert [jointly.rejected_if_worse(one) is one for one in (once, as_bad)] == [True, True]
-    monkeypatch.setattr(jointly, "select", lambda *_: replace(once, before=once.after, after=once.before))
+    assert [second_passes.rejected_if_worse(one) is one for one in (once, as_bad)] == [True, True]
+    monkeypatch.setattr(second_passes, "select", lambda *_: replace(once, before=once.after, after=once.before))
     worse = select_jointly(posed)
     assert worse.accepted == ()
     assert worse.after.clean
