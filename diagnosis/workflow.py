@@ -149,12 +149,8 @@ def _curves(
     selection = examination.conclusion.selection
     start, noise_alone = selection.start, examination.conclusion.noise is not None and not case.held_out_effects
     if doubts or verdict is Verdict.UNKNOWN or noise_alone:
-        followed = follow_channels(start)
-        return (
-            follow_channels(start, selection.end)
-            if followed is None and selection.accepted and not doubts
-            else followed
-        )
+        hiding = selection.accepted and not doubts  # effects that explain too little to be named may hide a channel
+        return follow_channels(start) or (follow_channels(start, selection.end) if hiding else None)
     return better_channels(start, case) if verdict is Verdict.PARTIAL and not case.clean else None
 
 

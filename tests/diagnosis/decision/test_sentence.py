@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from diagnosis.decision.advice import advice_for
 from diagnosis.decision.sentence import describe_effect, sentence_for
+from diagnosis.evidence.candidate_result import BEHIND, TOO_LITTLE
 from diagnosis.evidence.localise import ChannelShare
+from diagnosis.evidence.rivals import SIZE_DIFFERS
 from diagnosis.verdict import Verdict
 from sim.effects import EFFECTS
 from sim.effects.iron import HardIron
@@ -31,6 +35,20 @@ def test_the_sentence_says_cause_size_and_share() -> None:
     unknown = sentence_for(diagnosis_of(Verdict.UNKNOWN, where=(ChannelShare("pump", "body", 0.5),)))
     assert "means over 5 s" in unknown
     assert "the gap follows pump" in unknown
+
+
+@pytest.mark.parametrize(
+    ("outcome", "told"),
+    [
+        (TOO_LITTLE, "is a, 95.3 of 25.0 nats needed."),
+        (SIZE_DIFFERS, f"is a, 95.3 of 25.0 nats needed ({SIZE_DIFFERS})."),
+        (BEHIND, "is a, which explains less of the gap than the candidates refused."),
+    ],
+)
+def test_of_the_nearest_candidate_it_is_said_why_it_is_refused(outcome: str, told: str) -> None:
+    """Nats beyond the needed ones are told beside a reason alone: those of a first look are none."""
+    nearest: Any = SimpleNamespace(name="a", nats=95.31, needed=25.0, outcome=outcome)
+    assert f"the nearest candidate {told}" in sentence_for(diagnosis_of(Verdict.UNKNOWN, ranking=(nearest,)))
 
 
 def test_events_are_told_with_their_moments() -> None:
