@@ -8,6 +8,7 @@ import os
 import sys
 import threading
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import chain
@@ -125,8 +126,8 @@ def _readable(lines: Sequence[str], cells: Sequence[str], rows: int) -> bool:
     parts = [part.strip() for cell in cells if "\n" in cell for part in cell.splitlines()]
     if len(lines) > LINES_A_ROW * (rows + 2) or not all(any(part in line for line in lines) for part in parts):
         return False
-    drawn = set(" ".join(lines).split())
-    return all(word in drawn for cell in cells for word in cell.split())
+    drawn, words = Counter(" ".join(lines).split()), Counter(word for cell in cells for word in cell.split())
+    return words <= drawn
 
 
 def _results() -> Console:

@@ -44,6 +44,15 @@ def test_no_word_of_a_table_is_broken(capsys: pytest.CaptureFixture[str]) -> Non
     assert "unobservable" in capsys.readouterr().out
 
 
+def test_no_word_is_broken_that_stands_whole_in_another_cell(capsys: pytest.CaptureFixture[str]) -> None:
+    heads = ("gate", "verdict", "measured", "limit", "trials", "smallest defect seen")
+    rows = [
+        ("ellipsoid holdout_level_component_rms", "fail", "61.8 x ellipsoid", "9 x ellipsoid", "9", "9 x ellipsoid")
+    ]
+    show_table("", heads, rows, numbers=False)
+    assert capsys.readouterr().out.count("ellipsoid") == 4
+
+
 def test_a_column_of_sentences_does_not_become_a_tower(capsys: pytest.CaptureFixture[str]) -> None:
     sentence = "the measurements are not on a sphere and this method cannot rule out soft iron " * 3
     show_table("", HEADS[:3], [["sphere", sentence, sentence]])

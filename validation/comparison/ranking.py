@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,6 +19,8 @@ from validation.text import counted, figure, listed
 
 LONGEST_REASON = 120
 """Characters of a failure's reason in a sentence; the table holds the whole reason."""
+CLAUSE = re.compile("[:;] ")
+"""Where a clause of a reason ends."""
 MOST_NAMED = 5
 """Largest number of failing calibrators that a sentence names."""
 MOST_FAILED = 0.5
@@ -67,8 +70,9 @@ class Ranking:
     def cost(self) -> str:
         """What the intervals hold for, and what that costs in width."""
         ratio = figure(width_ratio(self.trials), 2)
-        wide = f"{ratio} times as wide as for {counted(self.trials, 'trial')} fixed in advance"
-        return f"intervals and clear differences hold at {LEVEL:.0%} however often trials are added: {wide}"
+        times = "" if ratio == "1" else f"{ratio} times "
+        wide = f"{times}as wide as for {counted(self.trials, 'trial')} fixed in advance"
+        return f"intervals and clear differences hold at {100 * LEVEL:g} % however often trials are added: {wide}"
 
     def against(self, other: str) -> Difference:
         """Return the difference between the best calibrator and `other`, counted for the best."""
@@ -152,10 +156,13 @@ def frequent_reason(table: TrialTable, name: str, point: int = 0) -> str:
 
 
 def quoted(reason: str) -> str:
-    """Return a reason for the end of a sentence, cut to LONGEST_REASON characters."""
+    """Return a reason for the end of a sentence: its clauses within LONGEST_REASON characters, else its first words."""
     words = " ".join(reason.split())
-    short = words if len(words) <= LONGEST_REASON else f"{words[: LONGEST_REASON + 1].rpartition(' ')[0]} ..."
-    return f": {short}" if short else ""
+    if len(words) <= LONGEST_REASON:
+        return f": {words}" if words else ""
+    start = words[: LONGEST_REASON + 1]
+    clauses = [match.start() for match in CLAUSE.finditer(start)]
+    return f": {start[: clauses[-1]]}" if clauses else f": {start.rpartition(' ')[0]} ..."
 
 
 def overall_sentence(answers: Sequence[Ranking], points: Sequence[str]) -> str:

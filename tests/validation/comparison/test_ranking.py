@@ -141,7 +141,7 @@ def test_the_raw_measurement_is_beaten_where_a_calibrator_is_better():
 def test_what_the_intervals_cost_is_said():
     found = rank_calibrators(table_of({"good": GOOD, "uncorrected": RAW}), SCORE)
     assert found.cost.endswith(
-        "95% however often trials are added: 1.6 times as wide as for 100 trials fixed in advance"
+        "95 % however often trials are added: 1.6 times as wide as for 100 trials fixed in advance"
     )
 
 
@@ -151,6 +151,7 @@ def test_a_list_of_failures_is_cut_after_five_and_a_reason_after_120_letters():
         assert rank_calibrators(table_of({"good": GOOD, **many, "uncorrected": RAW}), SCORE).sentence.endswith(ends)
     assert quoted("a" * 120) == ": " + "a" * 120
     assert quoted("a" * 119 + " b") == ": " + "a" * 119 + " ..."
+    assert quoted("not on a sphere: moves by 9 nT; " + "a" * 119) == ": not on a sphere: moves by 9 nT"
     assert quoted(" \n") == ""
 
 
