@@ -143,7 +143,7 @@ def test_same_seed_same_bytes_and_the_recording_is_never_modified(name, standard
         assert getattr(recording, key).flags.writeable
 
 
-@ALL
+@ONE_OF_THE_SEARCHES
 def test_save_and_load(name, standard):
     result = usual(name, standard)[1]
     assert to_json(from_json(to_json(result))) == to_json(result)
@@ -215,7 +215,7 @@ def test_what_is_missing_is_named(name, standard):
         assert isinstance(fit(name, standard, bare, no_vector), Calibration)
 
 
-@ALL
+@ONE_OF_THE_SEARCHES
 def test_every_claimed_deviation_has_its_parameter(name, standard):
     result = usual(name, standard)[1]
     assert set(result.covariance_names) <= set(result.parameters)

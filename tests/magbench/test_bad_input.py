@@ -95,7 +95,7 @@ def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
     """The one line that the command line answers with."""
     status = main(list(arguments))
     out, err = capsys.readouterr()
-    lines = [line for line in err.splitlines() if not line.startswith(("simulating", "running"))]
+    lines = [line for line in err.splitlines() if not line.startswith(("simulating", "running", "planning"))]
     assert status == 2, err
     assert out == ""
     assert len(lines) == 1, err

@@ -41,6 +41,7 @@ def test_the_files_are_those_of_the_plain_dataset_with_the_number_of_the_run(dat
         assert other.drop_columns("run").equals(one)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_readers_find_a_run_by_its_number(dataset: Path, tmp_path: Path) -> None:
     for entry in read_manifest(dataset).files:
         recording, truth = read_run(dataset, run=entry.run)
