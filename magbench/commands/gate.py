@@ -89,11 +89,13 @@ def command(
 
 def _propose(comparison: Path, file: Path, json: bool) -> None:
     """Write a file of gates from a comparison."""
-    from magbench.console import emit, say, warn
-    from reports.outputs.gates import propose_gates
+    from magbench.console import emit, progress, say, warn
     from validation.text import counted, listed
 
-    found = propose_gates(comparison, file)
+    with progress(f"proposing gates from {comparison.name}"):
+        from reports.outputs.gates import propose_gates  # here: loads what takes seconds
+
+        found = propose_gates(comparison, file)
     for name, why in found.left_out.items():
         warn(f"no gate for {name}: {why}")
     written = listed([str(path) for path in found.files])
