@@ -16,6 +16,7 @@ from diagnosis.workflow import diagnose
 from sim.scenario import ModelSpec
 from tests.diagnosis.conftest import BASE
 from tests.diagnosis.synthetic import FIELD_ENU_NT, NOISE_NT, recording
+from tests.nightly import first_daily
 from validation.signals.amplitude import rms
 
 MOTOR: dict[str, Any] = {"motor_current": {"gain_nT_A": [40.0, -25.0, 30.0]}}
@@ -35,7 +36,7 @@ def _diagnosed(true: dict[str, Any], stated: dict[str, Any], seed: int, **more: 
     return diagnose(recording(3000, seed=seed, hidden=BASE | true), _model(**stated), **more)
 
 
-@pytest.mark.parametrize("factor", [-1.0, 0.0, 0.8, 1.2])
+@pytest.mark.parametrize("factor", first_daily([0.8, -1.0, 0.0, 1.2], daily=2))
 def test_a_motor_of_the_model_with_a_wrong_gain_is_named_and_the_iron_is_not_accused(factor: float) -> None:
     found = _diagnosed(MOTOR, _times(MOTOR, "gain_nT_A", factor), seed=3)
     assert [cause.name for cause in found.named] == ["motor_current"]
@@ -109,7 +110,7 @@ def test_the_json_tells_what_the_written_model_leaves(diagnosed) -> None:  # typ
 SLOPES = {"temperature_scale": {"slope_1_K": [3e-4, -2e-4, 1e-4], "reference_degC": 0.0}}
 
 
-@pytest.mark.parametrize("seed", [31, 32, 33])
+@pytest.mark.parametrize("seed", first_daily([31, 32, 33]))
 def test_another_reference_temperature_is_no_change_of_the_scale(seed: int) -> None:
     """Slopes are known to a hundredth, and the reference is 16 K away: a trace of a scale is left."""
     (found,) = _diagnosed(SLOPES, {}, seed=seed).named

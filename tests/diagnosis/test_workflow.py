@@ -37,9 +37,13 @@ HIDDEN: dict[str, Any] = {
     "spikes": {"rate_hz": 0.2, "amplitude_nT": 100.0},
     "dropouts": {"rate_hz": 0.05, "mean_duration_s": 0.5},
 }
+ELSEWHERE = ("eddy_current", "offset_jump", "hard_iron_drift", "attitude_misalignment", "scale")
+"""Effects that further tests hide by day; the nightly run takes all."""
 
 
-@pytest.mark.parametrize("name", HIDDEN)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in ELSEWHERE)) for name in HIDDEN]
+)
 def test_a_hidden_effect_is_named(name: str, diagnosed) -> None:  # type: ignore[no-untyped-def]
     found = diagnosed({name: HIDDEN[name]})
     named = {n for one in found.named for n in (one.name, *one.alternatives)}
@@ -83,7 +87,7 @@ def test_an_error_of_the_field_or_of_the_attitude_comes_as_a_class(name: str, sc
     ("scenario", "size", "origin"),
     [
         ("quad-calibration", 3.0, [150.0, -120.0, 180.0]),
-        ("auv-spiral-excited", 0.5, [2.0, -3.0, 10.0]),
+        pytest.param("auv-spiral-excited", 0.5, [2.0, -3.0, 10.0], marks=pytest.mark.slow),
         pytest.param("quad-calibration", 3.0, [2.0, -3.0, 10.0], marks=pytest.mark.slow),
         pytest.param("auv-spiral-excited", 0.5, [150.0, -120.0, 180.0], marks=pytest.mark.slow),
     ],

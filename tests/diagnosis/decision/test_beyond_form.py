@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from diagnosis.decision.selection import Selection, _grows_with_time, _next_after_form, _refit_settings, select
 from diagnosis.decision.selection import tests_with_effects as left_beside
@@ -72,6 +73,7 @@ def test_an_effect_is_settled_anew_beside_what_was_hidden() -> None:
     assert settled.evidence.candidate != worst.candidate
 
 
+@pytest.mark.slow
 def test_a_current_whose_gain_fades_is_no_drift_beside_a_current() -> None:
     """``g (1 - t / 2 T) I`` is not ``g I`` and a drift, though a drift leaves it clean; a real one has its name."""
     quiet = recording(2000)

@@ -22,11 +22,12 @@ from diagnosis.evidence.candidate_test import CandidateFit
 from diagnosis.policy import STANDARD
 from sim.effects import EFFECTS
 from tests.diagnosis.synthetic import problem, recording
+from tests.nightly import first_daily
 
 ERROR = {"error_enu_nT": [60.0, -40.0, 20.0]}
 
 
-@pytest.mark.parametrize("refusal", [NO_GAIN_ALONG_FIELD, TOO_LITTLE])
+@pytest.mark.parametrize("refusal", first_daily([TOO_LITTLE, NO_GAIN_ALONG_FIELD]))
 def test_of_two_effects_each_may_stand_beside_the_other_alone(refusal: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """The larger is refused for what the other leaves, and is in once that one is; of too little nothing is asked."""
     gradient = {"gradient_nT_m": [[0.4, -0.2, 0.1], [-0.2, 0.3, 0.5], [0.1, 0.5, -0.7]]}

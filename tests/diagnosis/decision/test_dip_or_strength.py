@@ -35,6 +35,7 @@ def test_where_roll_and_pitch_wander_the_strength_alone_is_believed(gain_nT_A: f
     assert off_nT == pytest.approx(np.radians(0.3) * np.linalg.norm(FIELD_ENU_NT), rel=0.3)
 
 
+@pytest.mark.slow
 def test_the_written_model_is_valid_and_leaves_no_gap_on_another_log(tmp_path: Path) -> None:
     first = _found(60.0, wander_deg=0.0)
     path = tmp_path / "model.toml"

@@ -39,7 +39,13 @@ def _found(hidden: dict[str, dict[str, object]]) -> Selection:
 @pytest.mark.parametrize(
     ("name", "plain", "fuller", "forms"),
     [
-        ("motor_current", {"gain_nT_A": [4.0, -2.0, 3.0], "motor": 1}, {"square_nT_A2": [0.5, 0.9, -0.8]}, "bent line"),
+        pytest.param(
+            "motor_current",
+            {"gain_nT_A": [4.0, -2.0, 3.0], "motor": 1},
+            {"square_nT_A2": [0.5, 0.9, -0.8]},
+            "bent line",
+            marks=pytest.mark.slow,
+        ),
         (
             "hysteresis",
             {"gain": [0.003, 0.002, 0.004], "threshold_nT": 800.0},

@@ -50,6 +50,7 @@ def test_another_reference_temperature_is_counted_with_its_effect() -> None:
     assert [one.name for one in both.changes] == ["hard_iron"]
 
 
+@pytest.mark.slow
 def test_a_bent_course_of_temperature_is_counted_from_any() -> None:
     """``k d + k2 d^2``, d = T - 20, is no hard iron, though k2 points elsewhere than k; another hard iron is one."""
     quiet, k, k2 = recording(6000), np.array([2.0, -3.0, 1.5]), np.array([0.3, 0.2, -0.3])
@@ -113,7 +114,7 @@ IRON_NOW = {
 }
 
 
-@pytest.mark.parametrize("colour", [{}, {"flicker_noise": {"density_nT_sqrt_hz": [1.0] * 3}}])
+@pytest.mark.parametrize("colour", first_daily([{}, {"flicker_noise": {"density_nT_sqrt_hz": [1.0] * 3}}]))
 def test_of_an_iron_that_changed_whole_both_parts_are_found(colour: dict[str, Any]) -> None:
     """The offset is a hundredth of the matrix's nats and less; neither is the other's form, for both are linear."""
     found = {one.name: one for one in iron_changes(select(problem(hidden=IRON_NOW | colour))).changes}

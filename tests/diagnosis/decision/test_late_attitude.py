@@ -36,6 +36,7 @@ from sim.effects.dynamics import Latency
 from sim.effects.parameters import ACTIVE_WINDOW
 from sim.rotation import cross, matrix_from_q, multiply_q, q_from_rotation_vector, to_body
 from sim.scenario import ModelSpec
+from tests.nightly import first_daily
 
 FIELD_ENU_NT = np.array([1400.0, 18700.0, -45800.0])
 TIME_S = np.arange(0.0, 150.0, 0.04)
@@ -71,7 +72,7 @@ def found(mag_nT: Array, attitude_late_s: float = 0.0) -> Diagnosis:
     return diagnose(log, ModelSpec(), field_enu_nT=FIELD_ENU_NT, fitted_base=True)
 
 
-@pytest.mark.parametrize("late_s", [0.015, 0.09])
+@pytest.mark.parametrize("late_s", first_daily([0.015, 0.09]))
 def test_a_late_attitude_is_moved_to_its_time_and_nothing_is_missing(late_s: float) -> None:
     told = found(field_at(TIME_S), late_s)
     assert told.verdict is Verdict.NONE

@@ -43,7 +43,10 @@ def _seen(temperature_degC: Any, course: Any) -> Recording:
     return replace(given, temperature_degC=temperature_degC, mag_nT=given.mag_nT + np.outer(course, AXES))
 
 
-@pytest.mark.parametrize(("missing", "found", "rival"), [(DRIFT, WARM, TIME), (WARM, DRIFT, TEMPERATURE)])
+@pytest.mark.parametrize(
+    ("missing", "found", "rival"),
+    [(WARM, DRIFT, TEMPERATURE), pytest.param(DRIFT, WARM, TIME, marks=pytest.mark.slow)],
+)
 def test_without_the_cause_in_the_library_what_shares_its_course_is_no_name_alone(missing, found, rival) -> None:
     told = _told(_seen(15 + 5 * UP, UP), frozenset({missing.name}))
     assert told.verdict is Verdict.CLASS

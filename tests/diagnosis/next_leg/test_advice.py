@@ -50,6 +50,7 @@ def _flown(scenario: Scenario, hidden: dict[str, Any], seed: int, recording: Rec
     return replace(recording, mag_nT=Chain(effects, seed).apply(state)[0])
 
 
+@pytest.mark.slow
 def test_the_advised_leg_leaves_the_true_name_alone(tmp_path: Path) -> None:
     scenario = _level()
     found = advised(diagnose(_flown(scenario, EDDY, 1, _motion()), scenario))

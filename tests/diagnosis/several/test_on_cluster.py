@@ -7,6 +7,8 @@ from collections.abc import Callable, Generator, Sequence
 from pathlib import Path
 from typing import TypeVar
 
+import pytest
+
 from diagnosis.answer import answer
 from diagnosis.question import Question
 from diagnosis.sources import file_sources
@@ -29,6 +31,7 @@ class Elsewhere:
             yield item, pickle.loads(pickle.dumps(function(pickle.loads(pickle.dumps(item)))))
 
 
+@pytest.mark.slow
 def test_recordings_examined_elsewhere_give_the_same_diagnosis(tmp_path: Path) -> None:
     generate(short("tumble"), tmp_path, runs=2)
     sources, question = file_sources([tmp_path], None), Question.about(None)

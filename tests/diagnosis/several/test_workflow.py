@@ -64,7 +64,7 @@ def together(*hidden: dict[str, Any], seed: int = 0) -> PooledDiagnosis:
     return diagnose_together(NAMES[: len(problems)], problems, MODEL)
 
 
-@pytest.mark.parametrize("iron", [{}, IRON], ids=["", "soft iron"])
+@pytest.mark.parametrize("iron", [IRON, pytest.param({}, marks=pytest.mark.slow)], ids=["soft iron", ""])
 def test_one_coefficient_in_all_is_transferred_and_pooled(iron: dict[str, Any]) -> None:
     found = together(*[motor(1.0) | iron] * 3)
     (one,) = found.common
