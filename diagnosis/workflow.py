@@ -17,11 +17,10 @@ from diagnosis.decision.sentence import sentence_for
 from diagnosis.decision.verdict_rules import VerdictInput, doubts_of, verdict_of
 from diagnosis.evidence.active_parts import split_by_power
 from diagnosis.evidence.candidate_result import withdraw_names
-from diagnosis.evidence.direct import DirectFinding, direct_evidence, held_rows
+from diagnosis.evidence.direct import DirectFinding, direct_evidence, find_start_samples, held_rows
 from diagnosis.evidence.localise import ChannelShare, localise
 from diagnosis.evidence.reference_checks import correct_reference
 from diagnosis.evidence.rising_spectrum import RisingSpectrum
-from diagnosis.evidence.start_transients import find_start_samples
 from diagnosis.library.candidates import missing_channels
 from diagnosis.policy import STANDARD, Policy
 from diagnosis.problem.formulation import pose_model

@@ -97,13 +97,10 @@ class Baseline:
                 return np.asarray(held)
             length //= 2
 
-    def mean_gain(self, gains: list[float]) -> float:
-        """Nats of the whole recording from the gains on each split; every sample is held out `held_segments` times."""
-        return sum(gains) / self.problem.policy.held_segments
-
     def evidence_of(self, columns: Array) -> float:
         """Evidence ``D = [ll_held(M + c) - ll_held(M)] / V`` in nats of columns c (n, q, k) beside the baseline M."""
-        return self.evidence_in(self.sums_with(columns))
+        joint = self.sums_with(columns)
+        return self.held_out_gain(joint) / inflation(joint, fit(joint, self.all_folds), self.problem.policy)
 
     def evidence_on_all(self, columns: Array) -> float:
         """Evidence in nats of columns (n, q, k) on all blocks, where training folds do not determine the
@@ -114,17 +111,18 @@ class Baseline:
         V = inflation(joint, whole, self.problem.policy)
         return nats_on_all(self.squares - squares(joint, whole, self.all_folds), V, k, len(joint.count))
 
-    def evidence_in(self, joint: Sums) -> float:
-        """Evidence in nats of the columns that the sums hold beyond the baseline's."""
-        return self.held_out_gain(joint) / inflation(joint, fit(joint, self.all_folds), self.problem.policy)
+    def held_out_gain(self, *settings: Sums) -> float:
+        """Nats on held-out segments, before the inflation, of the columns that the sums hold beyond the baseline's.
 
-    def held_out_gain(self, joint: Sums) -> float:
-        """Nats on held-out segments, before the inflation, of the columns that the sums hold beyond the baseline's."""
-        gains = [
-            (before - squares(joint, fit(joint, ~held), held)) / 2
-            for held, before in zip(self.splits, self.held_out_squares, strict=True)
-        ]
-        return self.mean_gain(gains)
+        Of several settings the one that fits the training segments best is held out, in each split. Every sample is
+        held out `held_segments` times.
+        """
+        gain = 0.0
+        for held, before in zip(self.splits, self.held_out_squares, strict=True):
+            trained = ((joint, fit(joint, ~held)) for joint in settings)
+            best = min(trained, key=lambda one: squares(*one, ~held))
+            gain += (before - squares(*best, held)) / 2
+        return gain / self.problem.policy.held_segments
 
 
 IsClean = Callable[[Baseline, str], bool]

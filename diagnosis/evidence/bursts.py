@@ -34,7 +34,7 @@ def find_burst_peaks(problem: LinearProblem, left_nT: Array) -> Mask:
     single = np.ones(len(found), bool) if by_strength else _off_strength(problem, left_nT)
     gaps = pauses_after(problem.state.time_s, policy)
     single[np.intersect1d(gaps, gaps + 1)] = False
-    for column, first, end, at in _runs(seen_nT / sigma_nT, policy):
+    for column, first, end, at in _bursts(seen_nT / sigma_nT, policy):
         if end - first <= policy.most_burst and (end - first > 1 or single[at]):
             found[at, _farthest(problem.recording.mag_nT, first, end, at) if by_strength else column] = True
     return found
@@ -56,13 +56,17 @@ def _far(seen: Array, policy: Policy) -> tuple[Mask, Array]:
     return (off > policy.never_sigma) & quiet, off
 
 
-def _runs(seen: Array, policy: Policy) -> Iterator[tuple[int, int, int, int]]:
+def _bursts(seen: Array, policy: Policy) -> Iterator[tuple[int, int, int, int]]:
     """Column, first sample, end and highest sample of every run of outliers in (n, q)."""
     stands_out, off = _far(seen, policy)
     for column, far in enumerate(stands_out.T):
-        edges = np.flatnonzero(np.diff(np.concatenate([[0], far.astype(np.int8), [0]])))
-        for first, end in edges.reshape(-1, 2):
+        for first, end in runs(far):
             yield column, int(first), int(end), int(first) + int(np.argmax(off[first:end, column]))
+
+
+def runs(samples: Mask) -> NDArray[np.intp]:
+    """First sample and end (m, 2) of each run of true samples (n,)."""
+    return np.flatnonzero(np.diff(np.concatenate([[0], samples.astype(np.int8), [0]]))).reshape(-1, 2)
 
 
 def _farthest(mag_nT: Array, first: int, end: int, at: int) -> int:

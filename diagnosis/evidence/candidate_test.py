@@ -10,6 +10,7 @@ import numpy as np
 from diagnosis.evidence.binned_rows import BinnedRows
 from diagnosis.evidence.held_out import Evidence, search_price
 from diagnosis.evidence.hypothesis import Hypothesis, in_sample_gains, information_matrices, white_noise_model
+from diagnosis.evidence.projections import explained_nats
 from diagnosis.library.candidates import Candidate
 from diagnosis.problem.linear import LinearProblem
 from scenarios.arrays import Array
@@ -94,18 +95,13 @@ class ColouredBaseline:
     def surrogate_gains(self, candidate: CandidateFit, problem: LinearProblem) -> Array:
         """Nats (m,) that time-shifted columns of a candidate gain in sample from the candidate's residual."""
         moved = surrogate_columns(candidate.evidence.candidate, problem, self.rows)
-        return in_sample_gains(
-            *self._without_effect(candidate.columns, candidate.hypothesis), moved, candidate.hypothesis.noise_model
-        )
+        products = self.surrogate_products(candidate.columns, candidate.hypothesis, moved)
+        return np.array([explained_nats(N) for N in products])
 
     def surrogate_products(self, columns: Array, hypothesis: Hypothesis, moved: Sequence[Array]) -> list[Array]:
         """Products (k + 1, k + 1) of time-shifted columns and of the residual of a hypothesis with the candidate."""
-        return information_matrices(*self._without_effect(columns, hypothesis), moved, hypothesis.noise_model)
-
-    def _without_effect(self, columns: Array, hypothesis: Hypothesis) -> tuple[BinnedRows, Array]:
-        """Rows whose target is the residual of a hypothesis with an effect, and no accepted columns."""
         rows = replace(self.rows, target=hypothesis.residual(self.rows, self.columns_with(columns)))
-        return rows, columns[:, :, :0]
+        return information_matrices(rows, columns[:, :, :0], moved, hypothesis.noise_model)
 
     def remaining_share(self, rival: CandidateFit, best: CandidateFit) -> float:
         """Share of a rival's gain that remains once the best candidate is accepted with its noise model."""

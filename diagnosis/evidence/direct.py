@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import median_filter
 
-from diagnosis.evidence.bursts import find_burst_peaks
+from diagnosis.evidence.bursts import find_burst_peaks, runs
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem, pauses_after
 from diagnosis.problem.repeated_rows import held, repeated
@@ -88,16 +88,11 @@ def _held(problem: LinearProblem) -> DirectFinding | None:
 
 def _gap_lengths(held: Mask, policy: Policy) -> Array:
     """Lengths (m,) of the runs of held rows (n,), where they come at random: a slower sensor's come evenly."""
-    runs = _runs(held)
-    intervals = np.diff(runs[:, 0])
-    if len(runs) < policy.least_spikes or intervals.std() < policy.half * intervals.mean():
+    gaps = runs(held)
+    intervals = np.diff(gaps[:, 0])
+    if len(gaps) < policy.least_spikes or intervals.std() < policy.half * intervals.mean():
         return np.zeros(0)
-    return np.asarray(np.diff(runs, axis=1)[:, 0])
-
-
-def _runs(samples: Mask) -> NDArray[np.intp]:
-    """First sample and end (m, 2) of each run of true samples (n,)."""
-    return np.flatnonzero(np.diff(np.concatenate([[0], samples.astype(np.int8), [0]]))).reshape(-1, 2)
+    return np.asarray(np.diff(gaps, axis=1)[:, 0])
 
 
 def _dropout_law(lengths: Array) -> tuple[float, float]:
@@ -141,7 +136,7 @@ def _single_outliers(problem: LinearProblem, lattices: Lattices, residual: Array
 def _peaks(far: Mask, seen: Array) -> Mask:
     """Mask (n, q) of the largest value of sizes (n, q) in each run of far samples (n,)."""
     peaks = np.zeros(seen.shape, np.bool_)
-    for first, end in _runs(far):
+    for first, end in runs(far):
         sample, axis = np.unravel_index(np.argmax(seen[first:end]), seen[first:end].shape)
         peaks[first + sample, axis] = True
     return peaks
@@ -201,7 +196,7 @@ def _quiet(seen: Array, policy: Policy) -> bool:
 def _short_runs(far: Mask, most: int) -> Mask:
     """The samples (n,) of runs of at most `most`: a body beside the path, or a base that does not fit, lasts longer."""
     short = np.zeros(len(far), np.bool_)
-    for first, end in _runs(far):
+    for first, end in runs(far):
         if end - first <= most:
             short[first:end] = True
     return short
@@ -212,6 +207,22 @@ def held_rows(problem: LinearProblem) -> Mask:
     mag_nT = problem.recording.mag_nT
     residual = problem.off_strength_nT if problem.mode == "strength" else mag_nT - problem.clean_nT
     return held(mag_nT, residual, problem.policy)
+
+
+def find_start_samples(problem: LinearProblem) -> Mask:
+    """Mask (n,) of samples so soon after a start that a lagging measurement may show the field before the start.
+
+    Two samples of this kind, in a recording that begins in motion, would outweigh the remaining samples in the test of
+    an effect's form. With attitude only, and at most a small share of the samples.
+    """
+    policy, time_s = problem.policy, problem.recording.time_s
+    after_start = np.zeros(len(time_s), dtype=bool)
+    if problem.mode != "vector" or problem.still or problem.relative:
+        return after_start
+    most = policy.start_share * len(time_s) * problem.state.interval_s / len(problem.sections)
+    for section in problem.sections:
+        after_start[section] = time_s[section] - time_s[section.start] < min(policy.start_s, most)
+    return after_start
 
 
 def _with_neighbours(problem: LinearProblem, samples: Mask) -> Mask:

@@ -145,7 +145,8 @@ def judge_settings(baseline: Baseline, settings: Sequence[Candidate]) -> Evidenc
     policy, width = baseline.problem.policy, best.sums.width - baseline.sums.width
     V = inflation(best.sums, best.fit, policy)
     price = V * search_price(best.setting.tried * len(settings), width, policy)
-    gain = min(baseline.mean_gain(_gains(baseline, tried)), _gain_on_all(baseline, best)) - price
+    on_all = (baseline.squares - squares(best.sums, best.fit, baseline.all_folds)) / 2
+    gain = min(baseline.held_out_gain(*(one.sums for one in tried)), on_all) - price
     strength, survival = _strength(baseline, best, width)
     found = Evidence(best.setting, gain, V, strength, survival, best.sums, best.fit, width)
     c = found.coefficients
@@ -169,22 +170,6 @@ def _tried(baseline: Baseline, settings: Sequence[Candidate]) -> Iterable[_Tried
         if np.isfinite(columns).all() and np.abs(columns).max() > 0:
             joint = baseline.sums_with(columns)
             yield _Tried(setting, joint, fit(joint, baseline.all_folds))
-
-
-def _gains(baseline: Baseline, tried: Sequence[_Tried]) -> list[float]:
-    """Nats on the held-out folds of each split, for the setting that fits the training folds best."""
-    gains = []
-    for held, before in zip(baseline.splits, baseline.held_out_squares, strict=True):
-        trained = [(setting.sums, fit(setting.sums, ~held)) for setting in tried]
-        joint, best = min(trained, key=lambda setting: squares(setting[0], setting[1], ~held))
-        gains.append((before - squares(joint, best, held)) / 2)
-    return gains
-
-
-def _gain_on_all(baseline: Baseline, tried: _Tried) -> float:
-    """Nats of a setting on all blocks, in sample."""
-    all_folds = baseline.all_folds
-    return (baseline.squares - squares(tried.sums, tried.fit, all_folds)) / 2
 
 
 def misfit(baseline: Baseline, candidate: Candidate) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from operator import attrgetter
 
 import numpy as np
 
@@ -65,13 +66,14 @@ class Hypothesis:
             first = cls.with_noise_model(rows, columns, start)
             noise_model = NoiseModel.of(first.residual(rows, columns), rows.interval_s, rows.policy, rows.output_axes)
             found.append(cls.with_noise_model(rows, columns, noise_model))
-        best = max(found, key=_log_likelihood)
+        likelihood = attrgetter("log_likelihood")
+        best = max(found, key=likelihood)
         if rows.output_axes is None:
             return best
-        walk = NoiseModel.walking(best.residual(rows, columns), rows.interval_s, rows.policy, rows.output_axes)
+        walk = NoiseModel.of(best.residual(rows, columns), rows.interval_s, rows.policy, rows.output_axes, walking=True)
         beside_walk = cls.with_noise_model(rows, columns, walk)
         far_behind = beside_walk.log_likelihood < best.log_likelihood - FAR_NATS
-        return best if far_behind else max(best, beside_walk._with_best_wander(rows, columns), key=_log_likelihood)
+        return best if far_behind else max(best, beside_walk._with_best_wander(rows, columns), key=likelihood)
 
     def _with_best_wander(self, rows: BinnedRows, columns: Array) -> Hypothesis:
         """The hypothesis with the wander's variance doubled or halved as long as the likelihood grows.
@@ -94,10 +96,6 @@ class Hypothesis:
         beta = np.broadcast_to(self.beta, rows.base.shape[1:])
         residual = rows.target - np.einsum("nqp,qp->nq", rows.base, beta)
         return np.asarray(residual - np.einsum("nqk,k->nq", columns, self.c))
-
-
-def _log_likelihood(one: Hypothesis) -> float:
-    return one.log_likelihood
 
 
 def in_sample_gains(

@@ -38,37 +38,35 @@ class NoiseModel:
     output_axes: Array | None = None
 
     @classmethod
-    def of(cls, residual: Array, interval_s: float, policy: Policy, output_axes: Array | None = None) -> NoiseModel:
+    def of(
+        cls,
+        residual: Array,
+        interval_s: float,
+        policy: Policy,
+        output_axes: Array | None = None,
+        *,
+        walking: bool = False,
+    ) -> NoiseModel:
         """Fit the variances to a residual (n, q) by the banded Whittle likelihood.
 
         ``min sum_b a_b (ln S_b + P_b / S_b)`` over bands b of a_b lines under a Hann window, S the sum of the
-        processes' spectra; each update multiplies a variance by ``sum a P s / S^2 / sum a s / S``.
+        processes' spectra; each update multiplies a variance by ``sum a P s / S^2 / sum a s / S``. walking : white
+        noise and a random walk of the axes alone.
         """
-        n = len(residual)
-        tau_s = np.geomspace(
-            policy.shortest_memory * interval_s, policy.longest_memory * n * interval_s, policy.memories
-        )
+        longest_s = policy.longest_memory * len(residual) * interval_s
+        tau_s = np.geomspace(policy.shortest_memory * interval_s, longest_s, policy.memories)
+        tau_s = tau_s[-1:] if walking else tau_s
         f, power, lines = _bands(residual, interval_s, policy)
-        own = np.concatenate([np.full((1, len(f)), 1.0), ou_density(f, tau_s, interval_s)])
+        own = np.concatenate([np.ones((1, len(f))), ou_density(f, tau_s, interval_s)])[: 1 if walking else None]
         total = residual.var(axis=0)
         if output_axes is None:
             variance, turning = _fitted(_even(total, len(own)), own, power, lines), np.zeros(0)
         else:
-            variance, turning = _with_wander(
-                own, total, seen_densities(output_axes, tau_s, interval_s, policy), power, lines
-            )
+            seen = [seen_density(axis, tau_s, interval_s, policy) for axis in output_axes.swapaxes(0, 1)]
+            variance, turning = _with_wander(own, total, np.stack(seen), power, lines)
         white = np.maximum(variance[:, 0], LEAST_WHITE * np.maximum(total, LEAST_POWER))
-        return cls(tau_s, white, variance[:, 1:], turning, output_axes)
-
-    @classmethod
-    def walking(cls, residual: Array, interval_s: float, policy: Policy, output_axes: Array) -> NoiseModel:
-        """Fit white noise of each output and a random walk of the sensor axes, by the banded Whittle likelihood."""
-        tau_s = np.array([policy.longest_memory * len(residual) * interval_s])
-        f, power, lines = _bands(residual, interval_s, policy)
-        total, seen = residual.var(axis=0), seen_densities(output_axes, tau_s, interval_s, policy)
-        variance, turning = _with_wander(np.ones((1, len(f))), total, seen, power, lines)
-        white = np.maximum(variance[:, 0], LEAST_WHITE * np.maximum(total, LEAST_POWER))
-        return cls(tau_s, white, np.zeros((len(total), 1)), turning, output_axes)
+        slow = np.zeros((len(total), 1)) if walking else variance[:, 1:]
+        return cls(tau_s, white, slow, turning, output_axes)
 
     def whitened(self, time_s: Array, usable: Array, columns: Array) -> tuple[Array, Array]:
         """Columns (n, q, w) as innovations over their standard deviation, and ln S (n, q) of the innovations.
@@ -140,11 +138,6 @@ def ou_density(f: Array, tau_s: Array, interval_s: float) -> Array:
     """
     a = np.exp(-interval_s / tau_s)[:, None]
     return np.asarray((1 - a**2) / (1 - 2 * a * np.cos(2 * np.pi * f * interval_s) + a**2))
-
-
-def seen_densities(output_axes: Array, tau_s: Array, interval_s: float, policy: Policy) -> Array:
-    """Spectra (q, J, m) of a wander of the axes in q outputs with axes (n, q, 3), see `seen_density`."""
-    return np.stack([seen_density(axis, tau_s, interval_s, policy) for axis in output_axes.swapaxes(0, 1)])
 
 
 def seen_density(output_axes: Array, tau_s: Array, interval_s: float, policy: Policy) -> Array:

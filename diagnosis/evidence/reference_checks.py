@@ -34,7 +34,7 @@ def correct_reference(problem: LinearProblem) -> LinearProblem:
     still give the vertical, so that strength and dip of the field are compared.
     """
     if (misread := find_misread_field(problem)) is not None:
-        problem = pose_again(problem, problem.recording, misread.field_enu_nT, misread.correction)
+        problem = pose_again(problem, problem.recording, misread.field_enu_nT, misread)
     if (east := find_own_compass(problem)) is not None:
         given, bare = problem.state.field_enu_nT, replace(problem.recording, att_q=None)
         level = Level.of(problem.state.R_wb, given, problem.policy)
@@ -55,28 +55,7 @@ def pose_without_dip(problem: LinearProblem, dip_nT: float) -> LinearProblem:
     return pose_again(replace(problem, corrections=tuple(before)), problem.recording, None, replace(done, words=words))
 
 
-@dataclass(frozen=True)
-class MisreadField:
-    """A given field in wrong axes: description, corrected field (3,), and the gap before and after in nT."""
-
-    how: str
-    field_enu_nT: Array
-    before_nT: float
-    after_nT: float
-
-    @property
-    def correction(self) -> ReferenceCorrection:
-        """The correction in words."""
-        east, north, up = (f"{value:.0f}" for value in self.field_enu_nT)
-        words = f"The given field is not east, north, up ({self.how}) and was read anew."
-        figures = (
-            f"Correct the given field: with ({east}, {north}, {up}) nT the gap falls from {figure(self.before_nT)} to "
-            f"{figure(self.after_nT)} nT, and the rest was found with it."
-        )
-        return ReferenceCorrection(words, figures, self.field_enu_nT)
-
-
-def find_misread_field(problem: LinearProblem) -> MisreadField | None:
+def find_misread_field(problem: LinearProblem) -> ReferenceCorrection | None:
     """The reading of the given field that lowers the gap most, if by a large factor; else None.
 
     Gap: residual of ``R_wb^T F`` with a free matrix and offset, which cannot absorb a dip of the wrong sign in a motion
@@ -90,10 +69,18 @@ def find_misread_field(problem: LinearProblem) -> MisreadField | None:
         field_nT = to_body(problem.state.R_wb[used], field_enu_nT[None])
         return gap_beside_iron_nT(problem.recording.mag_nT[used], field_nT)
 
-    before = gap_nT(given)
-    read = [MisreadField(how, S @ given, before, gap_nT(S @ given)) for how, S in MISREAD.items()]
-    best = min(read, key=lambda reading: reading.after_nT)
-    return best if best.after_nT * problem.policy.far_larger < before else None
+    before_nT = gap_nT(given)
+    after_nT, how = min((gap_nT(S @ given), how) for how, S in MISREAD.items())
+    read = MISREAD[how] @ given
+    if after_nT * problem.policy.far_larger >= before_nT:
+        return None
+    east, north, up = (f"{value:.0f}" for value in read)
+    words = f"The given field is not east, north, up ({how}) and was read anew."
+    figures = (
+        f"Correct the given field: with ({east}, {north}, {up}) nT the gap falls from {figure(before_nT)} to "
+        f"{figure(after_nT)} nT, and the rest was found with it."
+    )
+    return ReferenceCorrection(words, figures, read)
 
 
 @dataclass(frozen=True)

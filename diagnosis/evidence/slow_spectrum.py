@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
+from diagnosis.library.parameter_search import between_neighbours
 from diagnosis.policy import Policy
 from scenarios.arrays import Array
 from sim.effects import EFFECTS
@@ -81,16 +81,5 @@ def _best(effect: type[Effect], bands: Bands, interval_s: float) -> tuple[dict[s
         return {}, fit({})
     ((name, values),) = effect.search.items()
     first = max(values, key=lambda value: fit({name: value})[0])
-    low, high = (
-        max((v for v in values if v < first), default=first),
-        min((v for v in values if v > first), default=first),
-    )
-    if low < high:
-        found = minimize_scalar(
-            lambda x: -fit({name: float(np.exp(x))})[0],
-            bounds=(np.log(low), np.log(high)),
-            method="bounded",
-            options={"xatol": 0.02, "maxiter": 12},
-        )
-        first = float(np.exp(found.x))
+    first = between_neighbours(values, first, lambda x: -fit({name: x})[0], within=0.02)
     return {name: first}, fit({name: first})

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -68,7 +67,8 @@ class Driver:
 def find_drivers(problem: LinearProblem) -> list[Driver]:
     """Every recorded channel that varies, except reference magnetometers and copies of motor currents."""
     others = {SCALAR, *as_currents(problem.recording).values()}
-    return _known((item for item in problem.state.channels.items() if item[0] not in others), problem.policy)
+    drivers = (Driver.of(name, x, problem.policy) for name, x in problem.state.channels.items() if name not in others)
+    return [driver for driver in drivers if driver is not None]
 
 
 def may_drive(effect: type[Effect], other: type[Effect]) -> bool:
@@ -79,7 +79,3 @@ def may_drive(effect: type[Effect], other: type[Effect]) -> bool:
 def in_axes(unit: Array, terms: Array) -> Array:
     """Columns (n, q, 3 k) of terms (n, k) along each of three axes, unit (n, q, 3); the axes of a term are adjacent."""
     return np.asarray((unit[:, :, None, :] * terms[:, None, :, None]).reshape(*unit.shape[:2], -1))
-
-
-def _known(items: Iterator[tuple[str, Array]], policy: Policy) -> list[Driver]:
-    return [driver for name, x in items if (driver := Driver.of(name, x, policy)) is not None]

@@ -8,7 +8,6 @@ from diagnosis.library.candidates import Candidate
 from diagnosis.problem.blocks import Cut, fit, sums
 from diagnosis.problem.linear import LinearProblem
 from scenarios.arrays import Array
-from sim.effects.base import Effect
 
 
 def find_origins(problem: LinearProblem, residual: Array, candidate: Candidate) -> list[Candidate]:
@@ -31,17 +30,12 @@ def find_origins(problem: LinearProblem, residual: Array, candidate: Candidate) 
 
 def _with_constant(problem: LinearProblem, residual: Array, about: Candidate) -> tuple[Array, Array]:
     """Least-squares matrix G (3, 3) and constant c (3,) beside the base."""
-    linear = about.columns(problem)
-    constant = problem.whitened(problem.state.R_wb.transpose(0, 2, 1), about.effect)
+    linear, constant = about.columns(problem), problem.whitened(problem.state.R_wb.transpose(0, 2, 1), about.effect)
     cut = Cut.of(len(residual), problem.state.interval_s, problem.policy)
     s = sums(cut, problem.base, np.concatenate([linear, constant], axis=2), residual, problem.usable)
     found = fit(s, s.all_folds).c
-    return _matrix(about.effect, found[:-3]), found[-3:]
-
-
-def _matrix(effect: type[Effect], coefficients: Array) -> Array:
-    """Matrix (3, 3) of the linear parameter from its coefficients."""
-    return np.asarray(sum(c * unit for c, (_, unit) in zip(coefficients, effect.linear_units(), strict=True)))
+    G = sum(value * unit for value, (_, unit) in zip(found[:-3], about.effect.linear_units(), strict=True))
+    return np.asarray(G), found[-3:]
 
 
 def _shift(G: Array, c: Array, field_enu_nT: Array) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -53,14 +53,19 @@ def refine_between_neighbours(candidate: Candidate, misfit: Callable[[Candidate]
     if len(candidate.effect.search) != 1 or candidate.effect.search_role():
         return None
     ((name, listed),) = candidate.effect.search.items()
-    value = dict(candidate.nonlinear)[name]
+    best = between_neighbours(listed, dict(candidate.nonlinear)[name], lambda x: misfit(candidate.at({name: x})))
+    return candidate.at({name: best}, max(candidate.tried, len(listed)))
+
+
+def between_neighbours(
+    listed: Sequence[float], value: float, misfit: Callable[[float], float], within: float = 0.01
+) -> float:
+    """The number of least misfit between the neighbours of a value in a list, to a share `within` of the number."""
     low = max((one for one in listed if one < value), default=value)
     high = min((one for one in listed if one > value), default=value)
-    floor = max(low, high * 1e-3)
-    best = minimize_scalar(
-        lambda x: misfit(candidate.at({name: float(np.exp(x))})),
-        bounds=(np.log(floor), np.log(high)),
-        method="bounded",
-        options={"xatol": 0.01, "maxiter": 12},
-    )
-    return candidate.at({name: float(np.exp(best.x))}, max(candidate.tried, len(listed)))
+    if low == high:
+        return value
+    bounds = np.log(max(low, high * 1e-3)), np.log(high)
+    options = {"xatol": within, "maxiter": 12}
+    found = minimize_scalar(lambda x: misfit(float(np.exp(x))), bounds=bounds, method="bounded", options=options)
+    return float(np.exp(found.x))

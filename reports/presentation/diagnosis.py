@@ -9,7 +9,7 @@ from typing import Self
 import numpy as np
 
 from diagnosis.evidence.candidate_result import CandidateResult
-from diagnosis.evidence.start_transients import find_start_samples
+from diagnosis.evidence.direct import find_start_samples
 from diagnosis.repair.model_file import model_diff, written_model
 from diagnosis.result import Diagnosis, EvidenceKind, NamedEffect, Transfer, parameters
 from diagnosis.verdict import Verdict

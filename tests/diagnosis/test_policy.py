@@ -25,8 +25,9 @@ GUARDS = {
     "vector.py": {"FIELD_ERROR", "DELAY_S", "STEPS"},
     "strength.py": {"TURN_STEP_S"},
     "late_attitude.py": {"FARTHEST", "SETTLED_S"},
-    "hypothesis.py": {"GONE", "SAME_NATS", "FAR_NATS"},
-    "windows.py": {"NOTHING"},
+    "projections.py": {"GONE"},
+    "hypothesis.py": {"SAME_NATS", "FAR_NATS"},
+    "windowed_candidates.py": {"NOTHING"},
     "iron_fit.py": {
         "MOST_STEPS",
         "SETTLED",
@@ -47,7 +48,7 @@ GUARDS = {
     "dipole_position.py": {"MEAN_S", "MOST_MEANS", "SAME_M", "LEAST_M", "STEP_M"},
     "residual_tests.py": {"MOST_TONES"},
     "slow_spectrum.py": {"WINDOW_LINES", "LEAST_WHITE"},
-    "block_steps.py": {"LOG_SIZES"},
+    "slow_noise.py": {"LOG_SIZES"},
     "active_parts.py": {"NORMAL_MAD"},
     "advice.py": {"MINUTE_S", "MOST_TIMES", "TRIED_CHANNELS"},
     "legs.py": {"LEGS", "SWAYING", "QUICK", "QUIET"},
@@ -59,7 +60,7 @@ GUARDS = {
     "squares.py": {"SAME", "SMALLEST_STEP", "DIFFERENCE", "FLOOR", "ROWS"},
     "constancy.py": {"OPEN"},
     "model_effects.py": {"STEPS"},
-    "noise_model.py": {"LEAST_POWER", "ROUNDS", "LEAST_WHITE", "LEAST_SLOW", "SAME_STEP", "SETTLED"},
+    "noise_model.py": {"LEAST_POWER", "ROUNDS", "LEAST_WHITE", "LEAST_SLOW"},
 }
 """Constants that decide nothing: efforts and scales of a computation, theory, and how much is listed."""
 COUNTS = {0, 1, 2, 3, 24}

@@ -8,7 +8,7 @@ from scipy.linalg import toeplitz
 from scipy.optimize import brentq
 from scipy.stats import chi2, multivariate_normal
 
-from diagnosis.evidence.block_steps import Steps, is_random
+from diagnosis.evidence.slow_noise import Steps, is_random
 from diagnosis.policy import STANDARD
 from scenarios.arrays import Array
 

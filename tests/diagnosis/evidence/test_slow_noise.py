@@ -14,9 +14,8 @@ from diagnosis.evidence import along_field
 from diagnosis.evidence import slow_noise as slow_noise_module
 from diagnosis.evidence.along_field import is_attitude_error, power_share_along_field, within_stated_errors
 from diagnosis.evidence.baseline import Baseline
-from diagnosis.evidence.block_steps import Steps
 from diagnosis.evidence.localise import TIME, ChannelShare
-from diagnosis.evidence.slow_noise import find_slow_noise, is_earth_frame_noise, slow_noise
+from diagnosis.evidence.slow_noise import Steps, find_slow_noise, is_earth_frame_noise, slow_noise
 from diagnosis.evidence.slow_spectrum import SlowSpectrum
 from diagnosis.policy import STANDARD
 from diagnosis.problem.linear import LinearProblem

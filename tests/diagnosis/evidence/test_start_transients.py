@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagnosis.evidence.start_transients import find_start_samples
+from diagnosis.evidence.direct import find_start_samples
 from tests.diagnosis.synthetic import problem, recording
 
 

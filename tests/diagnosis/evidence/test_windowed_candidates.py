@@ -10,8 +10,7 @@ import pytest
 
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.held_out import Evidence
-from diagnosis.evidence.windowed_candidates import _in, _is_worth, rank_windowed
-from diagnosis.evidence.windows import Span
+from diagnosis.evidence.windowed_candidates import Span, _in, _is_worth, rank_windowed
 from diagnosis.library.candidates import Candidate, propose_candidates
 from diagnosis.policy import STANDARD, Policy
 from scenarios.arrays import Array

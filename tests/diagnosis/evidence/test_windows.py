@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from diagnosis.evidence.binned_rows import BinnedRows
-from diagnosis.evidence.windowed_candidates import _is_one_sided
-from diagnosis.evidence.windows import Span, Timeline, _gains
+from diagnosis.evidence.windowed_candidates import Span, Timeline, _gains, _is_one_sided
 from diagnosis.library.candidates import iron_candidates, propose_candidates
 from diagnosis.policy import STANDARD
 from diagnosis.several.confirmation import confirmed
