@@ -56,7 +56,7 @@ Values = Annotated[
     ),
 ]
 TILTS = "--tilt-limits"
-PARAMETERS_TITLE = "least standard deviations of the offset and of the soft iron S"
+PARAMETERS_TITLE = "least standard deviations; S: soft iron"
 TiltLimits = Annotated[
     str | None,
     typer.Option(
