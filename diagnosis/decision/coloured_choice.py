@@ -268,9 +268,9 @@ def _accepted_effect(
     trial, policy = trials[-1], beside.rows.policy
     as_good, alike = _close_candidates(trial, tried[len(trials) :], beside)
     chosen = select_simplest(as_good, policy)
-    turns = [evidence.name for evidence in ranking if trial.attitude_suffices and evidence.name in TURNS]
-    names = dict.fromkeys((*alternatives_to(chosen, [*as_good, *alike], policy), *turns))
-    return AcceptedEffect(chosen, tuple(name for name in names if name != chosen.name), trial.needed)
+    accepted = AcceptedEffect(chosen, alternatives_to(chosen, [*as_good, *alike], policy), trial.needed)
+    turns = (evidence.name for evidence in ranking if evidence.name in TURNS)
+    return accepted.listing(*turns) if trial.attitude_suffices else accepted
 
 
 def _close_candidates(

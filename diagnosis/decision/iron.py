@@ -79,8 +79,7 @@ def _find_changes(selection: Selection, baseline: Baseline) -> tuple[AcceptedEff
             break
         rivals = rank_candidates(baseline, others)
         alike = [evidence for evidence in rivals if _looks_like(evidence, ranking[0], problem.policy)]
-        others_alike = tuple(evidence.name for evidence in alike if not _is_conventional(evidence, problem))
-        changes.append(replace(chosen, alternatives=(*chosen.alternatives, *others_alike)))
+        changes.append(chosen.listing(*(each.name for each in alike if not _is_conventional(each, problem))))
         baseline = baseline.with_columns(chosen.columns(baseline.problem))
     return tuple(changes) if selection.after.clean else tuple(_beats_coloured_noise(bare, changes))
 

@@ -162,13 +162,10 @@ def _final_tests(tests: ResidualTests, baseline: Baseline, accepted: Sequence[Ac
 
 def _with_look_alike(accepted: Sequence[AcceptedEffect], refused: AcceptedEffect) -> list[AcceptedEffect]:
     """Add a refused candidate to the look-alikes of accepted effects of its family, whose form error it fits."""
-    out = []
-    for effect in accepted:
-        if in_same_family(effect.evidence, refused.evidence):
-            names = dict.fromkeys((*effect.alternatives, refused.name, *refused.alternatives))
-            effect = replace(effect, alternatives=tuple(name for name in names if name != effect.name))
-        out.append(effect)
-    return out
+    names = (refused.name, *refused.alternatives)
+    return [
+        effect.listing(*names) if in_same_family(effect.evidence, refused.evidence) else effect for effect in accepted
+    ]
 
 
 def _is_no_new_cause(chosen: AcceptedEffect, selection: Selection) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol, TypeVar
 
 from diagnosis.evidence.candidate_result import CandidateResult, with_outcomes
@@ -39,6 +39,11 @@ class AcceptedEffect:
     def columns(self, problem: LinearProblem) -> Array:
         """Columns (n, q, k) of the effect."""
         return self.evidence.candidate.columns(problem)
+
+    def listing(self, *names: str) -> AcceptedEffect:
+        """The effect with further look-alikes."""
+        others = dict.fromkeys((*self.alternatives, *names))
+        return replace(self, alternatives=tuple(name for name in others if name != self.name))
 
 
 @dataclass(frozen=True)
