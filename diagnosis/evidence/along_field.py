@@ -62,7 +62,7 @@ def residual_along_field(baseline: Baseline) -> Array:
     along, base = along_field(problem, baseline.residual())
     length = max(1, min(round(problem.policy.slow_mean_s / problem.state.interval_s), len(along) // 2))
     cut = Cut(length, len(along) // length)
-    return np.sqrt(length) * _without(cut.means(base), cut.means(along))
+    return np.asarray(np.sqrt(length) * _without(cut.means(base), cut.means(along)))
 
 
 def along_field(problem: LinearProblem, residual: Array) -> tuple[Array, Array]:

@@ -59,7 +59,7 @@ def squares_left(N: Array, c: Array) -> float:
 
 def explained_nats(N: Array) -> float:
     """Nats that the columns explain of the target in sample, in white noise of variance one."""
-    return (N[-1, -1] - squares_left(N, solved(N))) / 2
+    return float(N[-1, -1] - squares_left(N, solved(N))) / 2
 
 
 def held_out_squares(columns: Array, fold: NDArray[np.int64], folds: int) -> tuple[float, Array]:
