@@ -20,7 +20,9 @@ WITH_EXAMPLES = [path for path in FILES if EXAMPLE.search(path.read_text(encodin
 
 
 @pytest.mark.parametrize("path", WITH_EXAMPLES, ids=name_of)
-def test_examples_give_what_they_say(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_examples_give_what_they_say(
+    path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, undrawn: None
+) -> None:
     monkeypatch.chdir(tmp_path)
     name = name_of(path).removesuffix(".py").removesuffix("/__init__").replace("/", ".")
     with mock.patch.dict(REGISTERED):

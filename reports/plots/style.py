@@ -94,7 +94,7 @@ def data_url(figure: Figure) -> str:
 def _may_be_svg(figure: Figure) -> bool:
     """Return whether a figure has few enough points of lines and marks of scatters."""
     points = sum(np.size(line.get_xdata()) for axis in figure.axes for line in axis.lines)
-    marks = sum(len(one.get_offsets()) for axis in figure.axes for one in axis.collections)
+    marks = sum(np.shape(one.get_offsets())[0] for axis in figure.axes for one in axis.collections)
     return points <= SVG_POINTS and marks <= SVG_MARKS
 
 

@@ -120,6 +120,7 @@ def test_space_and_the_channels_it_goes_with_are_there(found: Diagnosis, tmp_pat
     assert {f"/channel/{name}" for name, _, _ in found.where} <= entities
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_without_position_or_attitude_the_recording_has_what_there_is(strength: Diagnosis, tmp_path: Path) -> None:
     bare = replace(strength.problem.recording, pos_enu_m=None)
     found = replace(strength, problem=replace(strength.problem, recording=bare))
