@@ -51,6 +51,10 @@ def test_the_answer_comes_first_then_figures_with_intervals(
     assert "3 rows skipped" in page
     assert "calibration.json: all figures" in page
     assert re.search(r"<td[^>]*>turn</td>", page)
+    assert "repeat the command" in page
+    exported = calibration_page(found, fits, LOG, F_NT, ("calibration.json", "ardupilot.param"))
+    assert "what was written" in exported
+    assert "repeat the command" not in exported
 
 
 def test_the_tiles_hold_the_figures_of_the_recommended_calibration(found: PresentedCalibrations) -> None:
