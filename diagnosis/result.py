@@ -134,6 +134,14 @@ class GapSize:
         explained = None if self.explained is None else 0.0
         return replace(self, after_nT=self.before_nT, after_sigma=self.before_sigma, explained=explained)
 
+    def as_dict(self) -> dict[str, Any]:
+        """The key `gap` of the JSON."""
+        return {
+            "before": {"rms_nT": self.before_nT, "rms_sigma": self.before_sigma},
+            "after": {"rms_nT": self.after_nT, "rms_sigma": self.after_sigma},
+            "explained": self.explained,
+        }
+
     @classmethod
     def of(cls, before: Array, after: Array, sigma_nT: Array, policy: Policy) -> GapSize:
         """The size of residuals before and after (n, q), in units of the noise (q,)."""
@@ -252,9 +260,7 @@ class Diagnosis:
                 for part in self.parts
             ],
             "gap": {
-                "before": {"rms_nT": self.gap.before_nT, "rms_sigma": self.gap.before_sigma},
-                "after": {"rms_nT": self.gap.after_nT, "rms_sigma": self.gap.after_sigma},
-                "explained": self.gap.explained,
+                **self.gap.as_dict(),
                 "resimulated": None if self.resimulated_nT is None else {"rms_nT": self.resimulated_nT},
             },
             "left": list(self.unexplained),

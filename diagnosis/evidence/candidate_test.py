@@ -10,6 +10,7 @@ import numpy as np
 from diagnosis.evidence.binned_rows import BinnedRows
 from diagnosis.evidence.held_out import Evidence, search_price
 from diagnosis.evidence.hypothesis import Hypothesis, in_sample_gains, information_matrices, white_noise_model
+from diagnosis.evidence.noise_model import NoiseModel
 from diagnosis.evidence.projections import explained_nats
 from diagnosis.library.candidates import Candidate
 from diagnosis.problem.linear import LinearProblem
@@ -103,16 +104,20 @@ class ColouredBaseline:
         rows = replace(self.rows, target=hypothesis.residual(self.rows, self.columns_with(columns)))
         return information_matrices(rows, columns[:, :, :0], moved, hypothesis.noise_model)
 
+    def gains_beside(self, rival: Array, best: Array, noise_model: NoiseModel) -> tuple[float, float]:
+        """Nats of a rival's columns (n, q, k) on held-out folds beside the best candidate's, and without these."""
+
+        def held_out(*several: Array) -> float:
+            columns = np.concatenate([self.accepted_columns, *several], axis=2)
+            return Hypothesis.with_noise_model(self.rows, columns, noise_model).held_out_log_likelihood
+
+        return held_out(best, rival) - held_out(best), held_out(rival) - held_out()
+
     def remaining_share(self, rival: CandidateFit, best: CandidateFit) -> float:
         """Share of a rival's gain that remains once the best candidate is accepted with its noise model."""
-        both = self.columns_with(best.columns)
-        rows, noise_model = best.rows, best.hypothesis.noise_model
-        alone = Hypothesis.with_noise_model(rows, self.columns_with(rival.columns), noise_model)
-        joint = Hypothesis.with_noise_model(rows, np.concatenate([both, rival.columns], axis=2), noise_model)
-        without = Hypothesis.with_noise_model(rows, self.accepted_columns, noise_model)
-        return (joint.held_out_log_likelihood - best.hypothesis.held_out_log_likelihood) / max(
-            alone.held_out_log_likelihood - without.held_out_log_likelihood, 1e-9
-        )
+        baseline = replace(self, rows=best.rows)
+        kept, alone = baseline.gains_beside(rival.columns, best.columns, best.hypothesis.noise_model)
+        return kept / max(alone, 1e-9)
 
 
 def surrogate_columns(candidate: Candidate, problem: LinearProblem, rows: BinnedRows) -> list[Array]:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -19,27 +19,34 @@ OPEN = 1e-9
 class CoefficientEstimate:
     """Information N (k, k) and score g (k,) of k coefficients in one recording; ``c = N^+ g``.
 
-    spread: covariance (k, k) of ``R c``, R (k, k) a root of N: the unit matrix where the stated error is right, also
-    None.
+    wider: a root R (k, k) of N, and the covariance (k, k) of ``R c``; None where the stated error is right.
     """
 
     N: Array
     g: Array
-    R: Array | None = None
-    spread: Array | None = None
+    wider: tuple[Array, Array] | None = None
+
+    @classmethod
+    def of(cls, products: Array, inflation: float = 1.0) -> CoefficientEstimate:
+        """The estimate from products (k + 1, k + 1) of whitened columns and, last, the target."""
+        return cls(products[:-1, :-1] / inflation, products[:-1, -1] / inflation)
 
     @cached_property
     def c(self) -> Array:
         """Coefficients (k,); zero along undetermined directions."""
         return inverse(self.N) @ self.g
 
+    @cached_property
+    def error(self) -> tuple[Array, Array]:
+        """A root R (k, k) of the information, and the covariance (k, k) of ``R c``."""
+        return self.wider or (_root(self.N, _coefficient_scale(self.N)), np.eye(len(self.g)))
+
     @property
     def covariance(self) -> Array:
         """Covariance (k, k) of the coefficients, without the form error."""
-        if self.R is None or self.spread is None:
-            return inverse(self.N)
-        back = inverse(self.N) @ self.R.T
-        return np.asarray(back @ self.spread @ back.T)
+        R, spread = self.error
+        back = inverse(self.N) @ R.T
+        return np.asarray(back @ spread @ back.T)
 
     def gain(self, c: Array) -> float:
         """Nats explained by given coefficients (k,) under the stated error: ``c^T g - c^T N c / 2``."""
@@ -52,11 +59,9 @@ class CoefficientEstimate:
 
     def inflation(self, c: Array) -> float:
         """Variance along coefficients (k,) over the stated variance."""
-        size = float(c @ self.N @ c)
-        if self.R is None or self.spread is None or size <= 0:
-            return 1.0
-        u = self.R @ c
-        return max(1.0, float(u @ self.spread @ u) / size)
+        R, spread = self.error
+        size, u = float(c @ self.N @ c), R @ c
+        return max(1.0, float(u @ spread @ u) / size) if size > 0 else 1.0
 
 
 @dataclass(frozen=True)
@@ -80,27 +85,20 @@ def agreement(estimates: Sequence[CoefficientEstimate], form: float, known: int 
     excludes F, and grows with differences between recordings beyond their own errors.
     """
     common = pool_estimates(estimates)
-    size, c = _coefficient_scale(common.N), common.c
-    rooted = [_rooted(estimate, size) for estimate in estimates]
+    c = common.c
     F = form**2 * float(c @ common.N @ c) / len(c) * inverse(common.N)
     degrees = sum(rank(estimate.N) for estimate in estimates) - rank(common.N)
-    Q, plain = (sum(_squared_distance(rooted_estimate, c, error) for rooted_estimate in rooted) for error in (F, 0 * F))
-    spread = np.mean([spread for *_, spread in rooted], axis=0)
-    wide = CoefficientEstimate(common.N, common.g, _root(common.N, size), spread)
+    Q, plain = (sum(_squared_distance(estimate, c, error) for estimate in estimates) for error in (F, 0 * F))
+    spread = np.mean([estimate.error[1] for estimate in estimates], axis=0)
+    wide = replace(common, wider=(common.error[0], spread))
     scatter = max(1.0, plain / max(degrees, 1))
     return Agreement(c, scatter * wide.covariance, Q, degrees, _tail_probability(Q, degrees, known))
 
 
-def _rooted(estimate: CoefficientEstimate, size: Array) -> tuple[Array, Array, Array]:
-    """Coefficients c (k,), root R (k, k) of the information, and covariance (k, k) of R c."""
-    R = _root(estimate.N, size) if estimate.R is None else estimate.R
-    return estimate.c, R, np.eye(len(estimate.c)) if estimate.spread is None else estimate.spread
-
-
-def _squared_distance(estimate: tuple[Array, Array, Array], c: Array, F: Array) -> float:
-    """Squared distance of an estimate's coefficients from c (k,), in units of spread and form error F (k, k)."""
-    own, R, spread = estimate
-    u = R @ (own - c)
+def _squared_distance(estimate: CoefficientEstimate, c: Array, F: Array) -> float:
+    """Squared distance of an estimate's coefficients from c (k,), in units of its error and form error F (k, k)."""
+    R, spread = estimate.error
+    u = R @ (estimate.c - c)
     return float(u @ np.linalg.solve(spread + R @ F @ R.T, u))
 
 
@@ -125,41 +123,39 @@ def with_scatter(
     m = len(parts_of_each[0])
     values, vectors = np.linalg.eigh(np.transpose(u) @ np.array(u) * m / (m - 1) / len(parts_of_each))
     spreads = [vectors * np.maximum(values, floor) @ vectors.T for floor in least]
-    return [
-        CoefficientEstimate(whole_estimate.N, whole_estimate.g, R, spread)
-        for whole_estimate, R, spread in zip(whole, roots, spreads, strict=True)
-    ]
+    return [replace(one, wider=(R, spread)) for one, R, spread in zip(whole, roots, spreads, strict=True)]
 
 
 def pool_estimates(estimates: Sequence[CoefficientEstimate]) -> CoefficientEstimate:
     """Joint estimate of one coefficient vector from all estimates."""
     return CoefficientEstimate(
-        np.sum([estimate.N for estimate in estimates], axis=0), np.sum([estimate.g for estimate in estimates], axis=0)
+        np.sum([one.N for one in estimates], axis=0), np.sum([one.g for one in estimates], axis=0)
     )
 
 
-def predicted_by_others(estimates: Sequence[CoefficientEstimate]) -> Array:
-    """Coefficients (n, k) for each of n recordings, estimated from all other recordings."""
-    others_of_each = ([another for another in estimates if another is not estimate] for estimate in estimates)
-    return np.array(
-        [pool_estimates(others).c if others else np.zeros(len(estimates[0].g)) for others in others_of_each]
-    )
+def predicted_by_others(estimates: Mapping[int, CoefficientEstimate]) -> dict[int, Array]:
+    """Coefficients (k,) for each recording, estimated from all other recordings; zero without others."""
+    without = {i: [other for j, other in estimates.items() if j != i] for i in estimates}
+    return {i: pool_estimates(others).c if others else 0 * estimates[i].g for i, others in without.items()}
 
 
-def cross_predicted_gains(estimates: Sequence[CoefficientEstimate]) -> Array:
-    """Nats (n,) explained in each recording by the other recordings' coefficients under the stated errors."""
-    return np.array([estimate.gain(c) for estimate, c in zip(estimates, predicted_by_others(estimates), strict=True)])
+def cross_predicted_gain(estimates: Sequence[CoefficientEstimate]) -> float:
+    """Nats explained in all recordings together by the other recordings' coefficients under the stated errors."""
+    predicted = predicted_by_others(dict(enumerate(estimates)))
+    return sum(estimate.gain(predicted[i]) for i, estimate in enumerate(estimates))
 
 
-def size_ratio(estimate: CoefficientEstimate, c: Array) -> tuple[float, float] | None:
-    """Best factor a of coefficients (k,) for an estimate, ``a = c^T g / c^T N c``, and its standard deviation.
+def size_ratios(estimates: Mapping[int, CoefficientEstimate]) -> dict[int, tuple[float, float]]:
+    """Size of each estimate over the size c of all others, ``a = c^T g / c^T N c``, with its standard deviation.
 
-    None where the coefficients explain nothing whatever the factor.
+    Estimates that go less than half in the direction of the others have no ratio.
     """
-    information = float(c @ estimate.N @ c)
-    return (
-        (float(c @ estimate.g) / information, (estimate.inflation(c) / information) ** 0.5) if information > 0 else None
-    )
+    ratios = {}
+    for i, c in predicted_by_others(estimates).items():
+        estimate, information = estimates[i], float(c @ estimates[i].N @ c)
+        if 2 * estimate.scaled_gain(c) > estimate.scaled_gain(estimate.c):
+            ratios[i] = float(c @ estimate.g) / information, (estimate.inflation(c) / information) ** 0.5
+    return ratios
 
 
 def inverse(N: Array) -> Array:

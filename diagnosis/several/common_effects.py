@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
@@ -11,23 +12,26 @@ from diagnosis.decision.monotone_courses import with_rival_channels
 from diagnosis.decision.sentence import main_parameter
 from diagnosis.decision.white_choice import AcceptedEffect
 from diagnosis.evidence.held_out import Evidence
+from diagnosis.library.candidates import Candidate
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.result import EvidenceKind, NamedEffect, Transfer
 from diagnosis.several.coefficients import (
+    Agreement,
     CoefficientEstimate,
     agreement,
-    cross_predicted_gains,
+    cross_predicted_gain,
     inverse,
-    predicted_by_others,
-    size_ratio,
+    size_ratios,
 )
-from diagnosis.several.parameter_values import parameters_of
-from diagnosis.several.selection import PooledEffect
-from diagnosis.several.transfer import Presence, TransferFinding
+from diagnosis.several.transfer import PooledEffect, Presence, transfer_of
+from scenarios.arrays import Array
 from sim.effects import EFFECTS
 from sim.effects.base import Effect
 from validation.signals.amplitude import rms
+
+STEP = 1e-3
+"""Step of a coefficient over its standard deviation, and of a listed value over itself, for a finite difference."""
 
 
 @dataclass(frozen=True)
@@ -41,9 +45,9 @@ class CommonEffect:
     named: NamedEffect
     each: tuple[NamedEffect | None, ...]
     presence: tuple[Presence, ...]
-    chi2: float | None
-    degrees: int
-    p: float | None
+    chi2: float | None = None
+    degrees: int = 0
+    p: float | None = None
     ratios: tuple[tuple[float, float] | None, ...] = ()
 
     @property
@@ -62,137 +66,92 @@ class CommonEffect:
         return self.named.transfer
 
 
-def common_fitted_effect(effect: PooledEffect, problems: Sequence[LinearProblem]) -> CommonEffect:
-    """The common effect of an accepted effect of the pool."""
-    common = common_effect(effect.finding, effect.alternatives, problems, effect.strength)
-    return replace(common, named=with_common_rivals(common, problems))
+def common_effect(effect: PooledEffect, problems: Sequence[LinearProblem], strength: float = 0.0) -> CommonEffect:
+    """The parameters of an effect of the pool: pooled, and in each recording by itself."""
+    like = NamedEffect(
+        effect.pooled.candidate.to_effect(effect.agreement.c),
+        effect.alternatives,
+        EvidenceKind.HELD_OUT,
+        effect.nats,
+        strength,
+        transfer=effect.transfer or Transfer.SINGLE_RUN,
+    )
+    sizes = {i: (one.held_out_gain / one.inflation, one.strength) for i, one in effect.pooled.here.items()}
+    fits = {i: (estimate, *sizes[i]) for i, estimate in effect.pooled.estimates.items()}
+    return _common(effect.pooled.candidate, like, effect.agreement, fits, effect.presence, problems)
 
 
-def with_common_rivals(common: CommonEffect, problems: Sequence[LinearProblem]) -> NamedEffect:
-    """The named effect with the rival channels of all recordings that show it."""
-    present = [
-        problem for problem, presence in zip(problems, common.presence, strict=True) if presence is Presence.PRESENT
-    ]
+def with_common_rivals(common: CommonEffect, problems: Sequence[LinearProblem]) -> CommonEffect:
+    """The common effect with the rival channels of all recordings that show it."""
+    present = [problem for problem, there in zip(problems, common.presence, strict=True) if there is Presence.PRESENT]
     rivals = [with_rival_channels(problem, common.named).rivals for problem in present]
-    return replace(common.named, rivals=_in_all(rivals)) if rivals else common.named
-
-
-def single_effect(finding: TransferFinding, problems: Sequence[LinearProblem]) -> CommonEffect:
-    """An effect named by a single recording."""
-    return common_effect(finding, (), problems, 0.0)
-
-
-def common_effect(
-    finding: TransferFinding, alternatives: tuple[str, ...], problems: Sequence[LinearProblem], strength: float
-) -> CommonEffect:
-    """The parameters of a finding: pooled, and in each recording by itself."""
-    agree, candidate, transfer = finding.agreement, finding.pooled.candidate, finding.transfer or Transfer.SINGLE_RUN
-    there = next(
-        problem for problem, in_recording in zip(problems, finding.pooled.in_recordings, strict=True) if in_recording
-    )
-    effect, spread = parameters_of(candidate, agree.c, agree.covariance, there)
-    named = NamedEffect(effect, alternatives, EvidenceKind.HELD_OUT, finding.nats, strength, spread, transfer)
-    each: list[NamedEffect | None] = []
-    for problem, in_recording, estimate in zip(
-        problems, finding.pooled.in_recordings, finding.pooled.estimates, strict=True
-    ):
-        if in_recording is None or estimate is None:
-            each.append(None)
-            continue
-        effect, spread = parameters_of(candidate, estimate.c, estimate.covariance, problem)
-        each.append(
-            NamedEffect(
-                effect,
-                (),
-                EvidenceKind.HELD_OUT,
-                in_recording.held_out_gain / in_recording.inflation,
-                in_recording.strength,
-                spread,
-                transfer,
-            )
-        )
-    ratios = _ratios(finding.pooled.estimates)
-    return CommonEffect(named, tuple(each), finding.presence, agree.chi2, agree.degrees, agree.p, ratios)
-
-
-def _ratios(estimates: Sequence[CoefficientEstimate | None]) -> tuple[tuple[float, float] | None, ...]:
-    """Size of each estimate over the size of all others; None for a missing estimate or a differing direction."""
-    known = [estimate for estimate in estimates if estimate is not None]
-    pairs = zip(known, predicted_by_others(known), strict=True)
-    ratios = iter(
-        size_ratio(estimate, c) if 2 * estimate.scaled_gain(c) > estimate.scaled_gain(estimate.c) else None
-        for estimate, c in pairs
-    )
-    return tuple(None if estimate is None else next(ratios) for estimate in estimates)
+    return replace(common, named=replace(common.named, rivals=in_all(rivals))) if rivals else common
 
 
 def common_iron_changes(
     changes_of_each: Sequence[Sequence[AcceptedEffect]], problems: Sequence[LinearProblem]
 ) -> list[CommonEffect]:
-    """Changes of the iron found in more than one recording, with sizes predicting each other."""
-    policy = problems[0].policy
-    names = dict.fromkeys(change.name for changes in changes_of_each for change in changes)
-    by_name = {
-        name: [next((change for change in changes if change.name == name), None) for changes in changes_of_each]
-        for name in names
-    }
-    return [
-        _common_iron(changes_of_name, problems, policy)
-        for changes_of_name in by_name.values()
-        if _is_predicted(changes_of_name, policy)
-    ]
+    """Changes of the iron found in more than one recording, each predicted by the others with enough gain.
 
-
-def _is_predicted(changes: Sequence[AcceptedEffect | None], policy: Policy) -> bool:
-    """Whether each change is predicted by the others with enough gain: the mean of a wander differs from run to run."""
-    estimates = [estimate_from(change.evidence) for change in changes if change is not None]
-    return float(cross_predicted_gains(estimates).sum()) > policy.accepted_pooled(len(EFFECTS))
-
-
-def _in_several(values: Iterable[object]) -> bool:
-    return sum(value is not None for value in values) > 1
+    The mean of a wander differs from run to run.
+    """
+    needed, common = problems[0].policy.accepted_pooled(len(EFFECTS)), []
+    for changes in _by_name(changes_of_each).values():
+        evidence = {i: change.evidence for i, change in changes.items()}
+        estimates = {i: estimate_from(one) for i, one in evidence.items()}
+        if cross_predicted_gain(list(estimates.values())) > needed:
+            alternatives = in_all([change.alternatives for change in changes.values()])
+            common.append(_common_iron(evidence, estimates, alternatives, problems))
+    return common
 
 
 def _common_iron(
-    changes: Sequence[AcceptedEffect | None], problems: Sequence[LinearProblem], policy: Policy
+    evidence: Mapping[int, Evidence],
+    estimates: Mapping[int, CoefficientEstimate],
+    alternatives: tuple[str, ...],
+    problems: Sequence[LinearProblem],
 ) -> CommonEffect:
-    known = [change for change in changes if change is not None]
-    agree = agreement([estimate_from(change.evidence) for change in known], policy.same_coefficient)
-    transfer = _transfer_of(agree.p > policy.not_transferred_alarm, changes)
-    nats, strength = (
-        sum(change.evidence.nats for change in known),
-        rms(np.array([change.evidence.strength for change in known])),
+    known, policy = list(evidence.values()), problems[0].policy
+    agree = agreement(list(estimates.values()), policy.same_coefficient)
+    like = NamedEffect(
+        known[0].candidate.to_effect(agree.c),
+        alternatives,
+        EvidenceKind.IRON,
+        sum(one.nats for one in known),
+        rms([one.strength for one in known]),
+        transfer=transfer_of(agree.p > policy.not_transferred_alarm, len(known), len(problems)),
     )
-    first, there = next(
-        (change, problem) for change, problem in zip(changes, problems, strict=True) if change is not None
-    )
-    effect, spread = parameters_of(first.evidence.candidate, agree.c, agree.covariance, there)
-    named = NamedEffect(
-        effect, _in_all([change.alternatives for change in known]), EvidenceKind.IRON, nats, strength, spread, transfer
-    )
-    own = tuple(_iron_in_recording(*one, transfer) for one in zip(changes, problems, strict=True))
-    ratios = _ratios([None if change is None else estimate_from(change.evidence) for change in changes])
-    return CommonEffect(named, own, _presences(changes), agree.chi2, agree.degrees, agree.p, ratios)
+    fits = {i: (estimates[i], one.nats, one.strength) for i, one in evidence.items()}
+    return _common(known[0].candidate, like, agree, fits, _presences(evidence, len(problems)), problems)
 
 
-def _transfer_of(agree: bool, values: Sequence[object]) -> Transfer:
-    """How far an effect seen in some recordings transfers, given whether its sizes agree."""
-    if not agree:
-        return Transfer.NOT_TRANSFERRED
-    return Transfer.SOME if None in values else Transfer.TRANSFERRED
+def _common(
+    candidate: Candidate,
+    like: NamedEffect,
+    agree: Agreement,
+    fits: Mapping[int, tuple[CoefficientEstimate, float, float]],
+    presence: tuple[Presence, ...],
+    problems: Sequence[LinearProblem],
+) -> CommonEffect:
+    """The effect with the parameters of the common coefficients, and of each recording's own.
+
+    like : the effect without standard deviations. fits : coefficients, nats and strength in each recording.
+    """
+    known = {
+        i: replace(like, alternatives=(), nats=nats, strength=strength, effect=effect, spread=spread)
+        for i, (own, nats, strength) in fits.items()
+        for effect, spread in [parameters_of(candidate, own.c, own.covariance, problems[i])]
+    }
+    effect, spread = parameters_of(candidate, agree.c, agree.covariance, problems[min(fits)])
+    ratios = size_ratios({i: own for i, (own, _, _) in fits.items()})
+    every, named = range(len(problems)), replace(like, effect=effect, spread=spread)
+    each, of_each = tuple(map(known.get, every)), tuple(map(ratios.get, every))
+    return CommonEffect(named, each, presence, agree.chi2, agree.degrees, agree.p, of_each)
 
 
-def _in_all(lists: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
+def in_all(lists: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
     """Names in every list, in the order of the first."""
     return tuple(name for name in lists[0] if all(name in other for other in lists))
-
-
-def _iron_in_recording(change: AcceptedEffect | None, problem: LinearProblem, transfer: Transfer) -> NamedEffect | None:
-    if change is None:
-        return None
-    own = estimate_from(change.evidence)
-    effect, spread = parameters_of(change.evidence.candidate, own.c, own.covariance, problem)
-    return NamedEffect(effect, (), EvidenceKind.IRON, change.evidence.nats, change.evidence.strength, spread, transfer)
 
 
 def estimate_from(evidence: Evidence) -> CoefficientEstimate:
@@ -204,29 +163,82 @@ def estimate_from(evidence: Evidence) -> CoefficientEstimate:
 
 def common_value_effects(effects_of_each: Sequence[Sequence[NamedEffect]], policy: Policy) -> list[CommonEffect]:
     """Noise and direct evidence in more than one recording, common where the sizes are alike."""
-    names = dict.fromkeys(effect.name for effects in effects_of_each for effect in effects)
-    by_name = {
-        name: [next((effect for effect in effects if effect.name == name), None) for effects in effects_of_each]
-        for name in names
-    }
+    n = len(effects_of_each)
     return [
-        _common_value_effect(effects_of_name, policy)
-        for effects_of_name in by_name.values()
-        if _in_several(effects_of_name)
+        _common_value_effect(effects, n, policy) for effects in _by_name(effects_of_each).values() if len(effects) > 1
     ]
 
 
-def _common_value_effect(effects: Sequence[NamedEffect | None], policy: Policy) -> CommonEffect:
-    known = sorted((effect for effect in effects if effect is not None), key=lambda effect: main_size(effect.effect))
+def _common_value_effect(effects: Mapping[int, NamedEffect], n: int, policy: Policy) -> CommonEffect:
+    known = sorted(effects.values(), key=lambda effect: main_size(effect.effect))
     alike = main_size(known[-1].effect) <= policy.somewhat_larger * main_size(known[0].effect)
-    named = replace(known[len(known) // 2], transfer=_transfer_of(alike, effects))
-    return CommonEffect(named, tuple(effects), _presences(effects), None, 0, None)
+    named = replace(known[len(known) // 2], transfer=transfer_of(alike, len(known), n))
+    return CommonEffect(named, tuple(effects.get(i) for i in range(n)), _presences(effects, n))
 
 
-def _presences(values: Sequence[object]) -> tuple[Presence, ...]:
-    return tuple(Presence.UNDECIDED if value is None else Presence.PRESENT for value in values)
+class HasName(Protocol):
+    """Anything with the name of an effect."""
+
+    @property
+    def name(self) -> str:
+        """Name of the effect."""
+
+
+Named = TypeVar("Named", bound=HasName)
+
+
+def _by_name(of_each: Sequence[Sequence[Named]]) -> dict[str, dict[int, Named]]:
+    """The first effect of each name in each recording, by name and index of the recording."""
+    found: dict[str, dict[int, Named]] = {}
+    for i, effects in enumerate(of_each):
+        for effect in effects:
+            found.setdefault(effect.name, {}).setdefault(i, effect)
+    return found
+
+
+def _presences(known: Mapping[int, object], n: int) -> tuple[Presence, ...]:
+    return tuple(Presence.PRESENT if i in known else Presence.UNDECIDED for i in range(n))
 
 
 def main_size(effect: Effect) -> float:
     """Size of the main parameter of an effect, in its unit."""
     return float(np.linalg.norm(np.asarray(getattr(effect, main_parameter(effect)), dtype=float)))
+
+
+def parameters_of(
+    candidate: Candidate, c: Array, covariance: Array, problem: LinearProblem
+) -> tuple[Effect, dict[str, Array]]:
+    """Return the effect with coefficients (k,) of covariance (k, k), and the standard deviations of its parameters.
+
+    ``C_p = J C J^T`` with the slopes J of the parameters, as finite differences.
+    """
+    listed = not candidate.effect.linear and not candidate.effect.tangents
+    effect_at = _listed_effect(candidate, problem) if listed else candidate.to_effect
+    effect, std = effect_at(c), np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    steps = np.diag(np.where(std > 0, STEP * std, STEP))
+    moved = [effect_at(c + step) for step in steps]
+    spread = {}
+    for p in effect.parameters():
+        if (listed or p.name not in dict(candidate.nonlinear)) and not p.worded:
+            values = np.array([getattr(one, p.name) for one in moved]) - np.asarray(getattr(effect, p.name))
+            J = np.einsum("i...,i->i...", values, 1 / np.diag(steps))
+            if J.any():
+                spread[p.name] = np.sqrt(np.maximum(np.einsum("i...,ij,j...->...", J, covariance, J), 0.0))
+    return effect, spread
+
+
+def _listed_effect(candidate: Candidate, problem: LinearProblem) -> Callable[[Array], Effect]:
+    """The effect by coefficient c (1,) of a column at a listed value v, ``v c^(1/p)``, within the value's bounds.
+
+    The size of the column varies as v to the power ``p = d ln|E| / d ln v``.
+    """
+    ((name, value),) = candidate.nonlinear
+    sizes = [float(np.linalg.norm(candidate.at({name: value * by}).columns(problem))) for by in (1.0, 1.0 + STEP)]
+    p = float(np.log(sizes[1] / sizes[0]) / np.log1p(STEP))
+    low, high = next((one.low, one.high) for one in candidate.effect.parameters() if one.name == name)
+
+    def effect_at(c: Array) -> Effect:
+        values: dict[str, Any] = {name: float(np.clip(value * max(c[0], STEP) ** (1 / p), low, high))}
+        return candidate.effect(**values)
+
+    return effect_at

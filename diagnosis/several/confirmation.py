@@ -9,14 +9,13 @@ import numpy as np
 
 from diagnosis.decision.advice import advice_for
 from diagnosis.decision.sentence import sentence_for
-from diagnosis.evidence.candidate_test import ColouredBaseline
 from diagnosis.evidence.reference_checks import correct_reference
 from diagnosis.library.candidates import Candidate
 from diagnosis.problem.formulation import pose_model
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.problem.strength import refit_iron
 from diagnosis.result import FITTED, Diagnosis, NamedEffect, Transfer
-from diagnosis.several.pooled_test import PooledCandidate, columns_in
+from diagnosis.several.pooled_test import PooledCandidate, baselines_with, columns_in
 from diagnosis.several.transfer import predicts
 from diagnosis.workflow import measured_rows
 from recordings import Recording
@@ -44,8 +43,9 @@ def confirmed(
     def upgraded(one: NamedEffect) -> NamedEffect:
         if not one.transferable or found.problem.mode != problems[1].mode:
             return one
-        others = [effect for effect in effects if effect is not one.effect]
-        holds = predicts(_joint(one.effect, others, problems), found.problem.policy)
+        others = [Candidate.of(effect) for effect in effects if effect is not one.effect]
+        pooled = PooledCandidate.best([Candidate.of(one.effect)], baselines_with(others, problems), problems)
+        holds = predicts(pooled, found.problem.policy)
         return replace(one, transfer=Transfer.TRANSFERRED) if holds else one
 
     known = replace(found, named=tuple(upgraded(one) for one in found.named), has_second=True)
@@ -55,15 +55,6 @@ def confirmed(
 def _holds_throughout(one: NamedEffect) -> bool:
     """Whether an effect has coefficients for the whole run."""
     return one.kind in FITTED and one.effect.active_s is None
-
-
-def _joint(effect: Effect, others: Sequence[Effect], problems: Sequence[LinearProblem]) -> PooledCandidate:
-    """An effect fitted to both recordings, with the other effects in the baseline."""
-    coloured_baselines = []
-    for problem in problems:
-        columns = [each for other in others if (each := columns_in(Candidate.of(other), problem)) is not None]
-        coloured_baselines.append(ColouredBaseline.of(problem, columns))
-    return PooledCandidate.of(Candidate.of(effect), coloured_baselines, problems, 1)
 
 
 def _without_known(problem: LinearProblem, effects: Sequence[Effect]) -> LinearProblem:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -10,15 +10,14 @@ import numpy as np
 
 from diagnosis.evidence.candidate_test import ColouredBaseline, surrogate_columns
 from diagnosis.evidence.held_out import search_price
-from diagnosis.evidence.hypothesis import Hypothesis, remaining, white_noise_model
+from diagnosis.evidence.hypothesis import Hypothesis, information_matrices, remaining, white_noise_model
 from diagnosis.evidence.noise_model import NoiseModel
 from diagnosis.evidence.projections import products
 from diagnosis.library.candidates import Candidate, missing_channels
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.several.coefficients import CoefficientEstimate, cross_predicted_gains, with_scatter
+from diagnosis.several.coefficients import CoefficientEstimate, cross_predicted_gain, with_scatter
 from scenarios.arrays import Array
-from sim.state import State
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,21 +43,16 @@ class CandidateInRecording:
         cls, candidate: Candidate, problem: LinearProblem, baseline: ColouredBaseline, columns: Array
     ) -> CandidateInRecording:
         """Fit the candidate with its own noise model, the likelier of two starts: white, and the baseline's."""
-        columns_with_candidate = baseline.columns_with(columns)
-        hypothesis = Hypothesis.of(
-            baseline.rows,
-            columns_with_candidate,
-            (baseline.hypothesis.noise_model, white_noise_model(columns_with_candidate.shape[1])),
-        )
-        null_hypothesis = Hypothesis.with_noise_model(baseline.rows, baseline.accepted_columns, hypothesis.noise_model)
-        part_count = baseline.rows.policy.scatter_parts
-        left = remaining(baseline.rows, baseline.accepted_columns, columns, hypothesis.noise_model)
-        parts = [products(part) for part in np.array_split(left, part_count)]
-        null_gain = max(baseline.hypothesis.log_likelihood - null_hypothesis.log_likelihood, 0.0)
-        held_out_gain = hypothesis.held_out_log_likelihood - max(
-            baseline.hypothesis.held_out_log_likelihood, null_hypothesis.held_out_log_likelihood
-        )
-        return cls(candidate, problem, baseline, columns, hypothesis, tuple(parts), null_gain, held_out_gain)
+        rows, accepted, null = baseline.rows, baseline.accepted_columns, baseline.hypothesis
+        starts = (null.noise_model, white_noise_model(columns.shape[1]))
+        hypothesis = Hypothesis.of(rows, baseline.columns_with(columns), starts)
+        same = Hypothesis.with_noise_model(rows, accepted, hypothesis.noise_model)
+        left = remaining(rows, accepted, columns, hypothesis.noise_model)
+        parts = tuple(products(part) for part in np.array_split(left, rows.policy.scatter_parts))
+        null_gain = max(null.log_likelihood - same.log_likelihood, 0.0)
+        held_out = max(null.held_out_log_likelihood, same.held_out_log_likelihood)
+        gain = hypothesis.held_out_log_likelihood - held_out
+        return cls(candidate, problem, baseline, columns, hypothesis, parts, null_gain, gain)
 
     @cached_property
     def surrogates(self) -> list[Array]:
@@ -69,13 +63,13 @@ class CandidateInRecording:
     @cached_property
     def inflation(self) -> float:
         """Inflation of nats by coloured noise: mean gain of the surrogates over half a column each."""
-        gains = [surrogate.gain(surrogate.c) for surrogate in map(estimate, self.surrogates)]
+        gains = [surrogate.gain(surrogate.c) for surrogate in map(CoefficientEstimate.of, self.surrogates)]
         return max(1.0, float(2 * np.mean(gains) / self.columns.shape[2]))
 
     @cached_property
     def estimate(self) -> CoefficientEstimate:
         """Estimate of the coefficients, with the error stated by the noise model."""
-        return estimate(np.sum(self.parts, axis=0))
+        return CoefficientEstimate.of(np.sum(self.parts, axis=0))
 
     def nats_at(self, c: Array) -> float:
         """Nats of given coefficients (k,) with a noise model of their own, over the same rows without the effect."""
@@ -89,29 +83,35 @@ class CandidateInRecording:
 
     def _log_likelihood_at(self, c: Array) -> float:
         """Log-likelihood of the rows less the effect at coefficients (k,), with its likelier noise model."""
-        rows = self.baseline.rows
-        remaining = replace(rows, target=rows.target - np.einsum("nqk,k->nq", self.columns, c))
-        return Hypothesis.of(
-            remaining,
-            self.baseline.accepted_columns,
-            (self.hypothesis.noise_model, self.baseline.hypothesis.noise_model),
-        ).log_likelihood
+        rows, starts = self.baseline.rows, (self.hypothesis.noise_model, self.baseline.hypothesis.noise_model)
+        remaining = replace(rows, target=rows.target - self.columns @ c)
+        return Hypothesis.of(remaining, self.baseline.accepted_columns, starts).log_likelihood
 
     @property
     def strength(self) -> float:
         """Rms of the effect at its own coefficients after the base is refitted, in units of the noise."""
-        rows = self.baseline.rows
-        added = np.einsum("nqk,k->nq", self.columns, self.estimate.c)
-        by_output = zip(rows.base.transpose(1, 0, 2), added.T, strict=True)
-        outputs = [(rows.base.reshape(added.size, -1), added.ravel())] if rows.common else by_output
-        residuals = [y - B @ np.linalg.lstsq(B, y, rcond=None)[0] for B, y in outputs]
-        squares = sum(float(output @ output) for output in residuals)
-        return float(np.sqrt(squares / (rows.count.sum() * added.shape[1])))
+        rows, q = self.baseline.rows, self.columns.shape[1]
+        (products,) = information_matrices(rows, self.columns[:, :, :0], [self.columns], white_noise_model(q))
+        squares = self.estimate.c @ products[:-1, :-1] @ self.estimate.c
+        return float(np.sqrt(squares / (rows.count.sum() * q)))
 
+    def beside(self, own: Sequence[Array]) -> CandidateInRecording:
+        """The candidate beside columns (N, q, k) of its recording's own effects, where these explain it and more.
 
-def estimate(products: Array, inflation: float = 1.0) -> CoefficientEstimate:
-    """Information and score from products (k + 1, k + 1) of columns and target."""
-    return CoefficientEstimate(products[:-1, :-1] / inflation, products[:-1, -1] / inflation)
+        An own cause of one recording must not support an effect of another name in the pool.
+        """
+        if not own:
+            return self
+        before, policy = self.baseline, self.problem.policy
+        columns = before.rows.bin_groups(own)
+        baseline = ColouredBaseline.in_rows(before.rows, before.columns_with(columns))
+        held_out = baseline.hypothesis.held_out_log_likelihood - self.hypothesis.held_out_log_likelihood
+        if held_out <= policy.apart * self.inflation:
+            return self
+        kept, alone = before.gains_beside(self.columns, columns, baseline.hypothesis.noise_model)
+        if kept >= policy.half * max(alone, 1e-9):
+            return self
+        return CandidateInRecording.of(self.candidate, self.problem, baseline, self.columns)
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,22 +124,39 @@ class PooledCandidate:
 
     @classmethod
     def of(
-        cls,
-        candidate: Candidate,
-        baselines: Sequence[ColouredBaseline],
-        problems: Sequence[LinearProblem],
-        tried: int,
+        cls, candidate: Candidate, baselines: Sequence[ColouredBaseline], problems: Sequence[LinearProblem], tried: int
     ) -> PooledCandidate:
         """Test the candidate, found among `tried` settings, next to accepted effects."""
-        columns = [columns_in(candidate, problem) for problem in problems]
         in_recordings = tuple(
             None
-            if columns_here is None
-            else CandidateInRecording.of(candidate, problem, baseline, baseline.rows.bin(columns_here))
-            for problem, baseline, columns_here in zip(problems, baselines, columns, strict=True)
+            if (columns := columns_in(candidate, problem)) is None
+            else CandidateInRecording.of(candidate, problem, baseline, baseline.rows.bin(columns))
+            for problem, baseline in zip(problems, baselines, strict=True)
         )
-        width = next((in_recording.columns.shape[2] for in_recording in in_recordings if in_recording), 1)
-        return cls(candidate, in_recordings, search_price(tried, width, problems[0].policy))
+        pooled = cls(candidate, in_recordings, 0.0)
+        return replace(pooled, price=search_price(tried, max(pooled.width, 1), problems[0].policy))
+
+    @classmethod
+    def best(
+        cls,
+        settings: Sequence[Candidate],
+        baselines: Sequence[ColouredBaseline],
+        problems: Sequence[LinearProblem],
+    ) -> PooledCandidate:
+        """The candidate at its first setting, or at that of largest gain with the noise models left by the first."""
+        tried = max(setting.tried for setting in settings) * len(settings)
+        first = cls.of(settings[0], baselines, problems, tried)
+        if len(settings) == 1 or not first.here:
+            return first
+        noise_models = [
+            (baseline if in_recording is None else in_recording).hypothesis.noise_model
+            for in_recording, baseline in zip(first.in_recordings, baselines, strict=True)
+        ]
+        likely = cross_predicted(settings, problems, baselines, noise_models)
+        best = max(settings, key=lambda setting: likely[setting])
+        if best == settings[0]:
+            return first
+        return max(first, cls.of(best, baselines, problems, tried), key=lambda pooled: pooled.gain)
 
     @property
     def name(self) -> str:
@@ -154,105 +171,124 @@ class PooledCandidate:
     @property
     def width(self) -> int:
         """Number of columns."""
-        return self.tested[0].columns.shape[2] if self.tested else 0
+        return max((in_recording.columns.shape[2] for in_recording in self.here.values()), default=0)
+
+    @cached_property
+    def here(self) -> dict[int, CandidateInRecording]:
+        """The candidate in the recordings that hold its causes, by their index."""
+        return {i: in_recording for i, in_recording in enumerate(self.in_recordings) if in_recording is not None}
 
     @property
-    def tested(self) -> list[CandidateInRecording]:
-        """The candidate in all recordings that hold its causes."""
-        return [in_recording for in_recording in self.in_recordings if in_recording is not None]
-
-    @property
-    def columns(self) -> list[Array | None]:
-        """Columns (n, q, k) in rows of each recording."""
-        return [None if in_recording is None else in_recording.columns for in_recording in self.in_recordings]
+    def columns(self) -> dict[int, Array]:
+        """Columns (n, q, k) in rows of the recordings that hold the causes."""
+        return {i: in_recording.columns for i, in_recording in self.here.items()}
 
     @property
     def policy(self) -> Policy:
         """The policy of the diagnosis."""
-        return self.tested[0].problem.policy
+        return next(iter(self.here.values())).problem.policy
 
     @property
     def indistinct_nats(self) -> float:
-        """Difference of nats within which another candidate is as good."""
-        return self.policy.apart * self.inflation
+        """Difference of nats within which another candidate is as good: of the mean inflation of the recordings."""
+        return self.policy.apart * float(np.mean([in_recording.inflation for in_recording in self.here.values()]))
 
     @property
     def gain(self) -> float:
         """Nats over all recordings, not inflated: of common coefficients or, if larger, of each recording's own."""
-        common = float(cross_predicted_gains([in_recording.estimate for in_recording in self.tested]).sum())
-        own = sum(in_recording.held_out_gain for in_recording in self.tested)
-        return max(common - sum(in_recording.null_gain for in_recording in self.tested), own) - self.price
+        common = cross_predicted_gain([in_recording.estimate for in_recording in self.here.values()])
+        own = sum(in_recording.held_out_gain for in_recording in self.here.values())
+        return max(common - sum(in_recording.null_gain for in_recording in self.here.values()), own) - self.price
 
     @cached_property
-    def estimates(self) -> tuple[CoefficientEstimate | None, ...]:
-        """Estimates of the coefficients in each recording, with errors widened by their scatter."""
-        parts = [[estimate(part) for part in in_recording.parts] for in_recording in self.tested]
-        found = iter(with_scatter(parts, [part.inflation for part in self.tested]) if parts else ())
-        return tuple(None if part is None else next(found) for part in self.in_recordings)
+    def estimates(self) -> dict[int, CoefficientEstimate]:
+        """Estimates of the coefficients by recording, with errors widened by their scatter."""
+        tested = self.here.values()
+        parts = [list(map(CoefficientEstimate.of, in_recording.parts)) for in_recording in tested]
+        found = with_scatter(parts, [in_recording.inflation for in_recording in tested]) if parts else []
+        return dict(zip(self.here, found, strict=True))
 
     @property
     def error_degrees(self) -> int:
         """Degrees of freedom of the coefficients' error estimates."""
-        return sum(len(in_recording.parts) - 1 for in_recording in self.tested)
+        return sum(len(in_recording.parts) - 1 for in_recording in self.here.values())
 
     def nats(self, i: int, c: Array) -> float:
         """Nats explained in a recording by coefficients (k,), over the inflation of their error."""
-        in_recording, estimate = self.in_recordings[i], self.estimates[i]
-        return 0.0 if in_recording is None or estimate is None else in_recording.nats_at(c) / estimate.inflation(c)
+        return self.here[i].nats_at(c) / self.estimates[i].inflation(c) if i in self.here else 0.0
 
     def own_nats(self, i: int) -> float:
         """Nats on held-out folds of a recording's own coefficients, over the inflation of their error."""
-        in_recording, estimate = self.in_recordings[i], self.estimates[i]
-        return (
-            0.0
-            if in_recording is None or estimate is None
-            else in_recording.held_out_gain / estimate.inflation(estimate.c)
+        if i not in self.here:
+            return 0.0
+        return self.here[i].held_out_gain / self.estimates[i].inflation(self.estimates[i].c)
+
+    def surrogate_gain(self) -> float:
+        """Largest nats of common coefficients among surrogates, shifted alike in every recording."""
+        tested = self.here.values()
+        return max(
+            cross_predicted_gain(
+                [CoefficientEstimate.of(N, one.inflation) for N, one in zip(turn, tested, strict=True)]
+            )
+            for turn in zip(*(in_recording.surrogates for in_recording in tested), strict=True)
         )
 
-    @cached_property
-    def inflation(self) -> float:
-        """Mean inflation of the recordings."""
-        return float(np.mean([in_recording.inflation for in_recording in self.tested])) if self.tested else 1.0
+    def explains(self, rival: Mapping[int, Array]) -> bool:
+        """Whether a rival's columns (n, q, k) by recording keep little of their gain once this candidate is fitted."""
+        kept = alone = 0.0
+        for i in rival.keys() & self.here.keys():
+            best = self.here[i]
+            beside, by_itself = best.baseline.gains_beside(rival[i], best.columns, best.hypothesis.noise_model)
+            kept, alone = kept + beside, alone + by_itself
+        return not self.here or bool(kept / max(alone, 1e-9) < self.policy.half)
 
 
-def with_own_effects(in_recording: CandidateInRecording, own_columns: Sequence[Array]) -> CandidateInRecording:
-    """Add columns (N, q, k) of its recording's own effects, where these explain the candidate and more.
-
-    An own cause of one recording must not support an effect of another name in the pool.
-    """
-    if not own_columns:
-        return in_recording
-    before, policy = in_recording.baseline, in_recording.problem.policy
-    baseline = ColouredBaseline.in_rows(before.rows, before.columns_with(before.rows.bin_groups(own_columns)))
-    own, noise_model = baseline.hypothesis.held_out_log_likelihood, baseline.hypothesis.noise_model
-    if own - in_recording.hypothesis.held_out_log_likelihood <= policy.apart * in_recording.inflation:
-        return in_recording
-    alone = held_out_nats(before, before.columns_with(in_recording.columns), noise_model)
-    alone -= held_out_nats(before, before.accepted_columns, noise_model)
-    kept = held_out_nats(before, baseline.columns_with(in_recording.columns), noise_model) - own
-    if kept >= policy.half * max(alone, 1e-9):
-        return in_recording
-    return CandidateInRecording.of(in_recording.candidate, in_recording.problem, baseline, in_recording.columns)
+def estimates_beside(
+    candidates: Iterable[Candidate], problem: LinearProblem, baseline: ColouredBaseline, noise_model: NoiseModel
+) -> dict[Candidate, CoefficientEstimate]:
+    """Coefficients of candidates in one recording under a given noise model; none for those whose causes it lacks."""
+    rows = {
+        candidate: baseline.rows.bin(columns)
+        for candidate in candidates
+        if (columns := columns_in(candidate, problem)) is not None
+    }
+    products = information_matrices(baseline.rows, baseline.accepted_columns, list(rows.values()), noise_model)
+    return dict(zip(rows, map(CoefficientEstimate.of, products), strict=True))
 
 
-def held_out_nats(baseline: ColouredBaseline, columns: Array, noise_model: NoiseModel) -> float:
-    """Log-likelihood of held-out folds with columns (n, q, k) fitted, for a given noise model."""
-    return Hypothesis.with_noise_model(baseline.rows, columns, noise_model).held_out_log_likelihood
+def cross_predicted(
+    candidates: Sequence[Candidate],
+    problems: Sequence[LinearProblem],
+    baselines: Sequence[ColouredBaseline],
+    noise_models: Sequence[NoiseModel],
+) -> dict[Candidate, float]:
+    """Nats explained in each recording by the other recordings' coefficients, summed, for given noise models."""
+    found = [
+        estimates_beside(candidates, *of_recording)
+        for of_recording in zip(problems, baselines, noise_models, strict=True)
+    ]
+    several = {candidate: [one[candidate] for one in found if candidate in one] for candidate in candidates}
+    return {one: cross_predicted_gain(estimates) if estimates else -np.inf for one, estimates in several.items()}
+
+
+def baselines_with(candidates: Sequence[Candidate], problems: Sequence[LinearProblem]) -> list[ColouredBaseline]:
+    """The baseline of each recording with the candidates whose causes it holds accepted."""
+    several = [[columns_in(candidate, problem) for candidate in candidates] for problem in problems]
+    return [
+        ColouredBaseline.of(problem, [columns for columns in found if columns is not None])
+        for problem, found in zip(problems, several, strict=True)
+    ]
 
 
 def columns_in(candidate: Candidate, problem: LinearProblem) -> Array | None:
-    """Columns (N, q, k) of a candidate in a recording; None where causes, motor or place are missing.
+    """Columns (N, q, k) of a candidate in a recording; None where causes, motor, channel or place are missing.
 
     A place found in another recording may lie on the path of this recording.
     """
-    if missing_channels(candidate.effect, problem) or not _holds(candidate, problem.state):
+    values, effect, state = dict(candidate.nonlinear), candidate.effect, problem.state
+    motor, channel = (values.get(effect.with_role(role) or "") for role in ("motor", "channel"))
+    holds = (not motor or motor in state.motors) and (not channel or channel in state.channels)
+    if missing_channels(effect, problem) or not holds:
         return None
     columns = candidate.columns(problem)
     return columns if np.isfinite(columns).all() and columns.any() else None
-
-
-def _holds(candidate: Candidate, state: State) -> bool:
-    """Whether a recording has the motor and the channel named by a setting."""
-    values, effect = dict(candidate.nonlinear), candidate.effect
-    motor, channel = (values.get(effect.with_role(role) or "") for role in ("motor", "channel"))
-    return (not motor or motor in state.motors) and (not channel or channel in state.channels)

@@ -2,17 +2,60 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 from diagnosis.evidence.localise import ChannelShare
 from diagnosis.result import Diagnosis, GapSize, Transfer, parameters
-from diagnosis.several.common_effects import CommonEffect
-from diagnosis.several.scope import RECORDINGS, Scope
+from diagnosis.several.common_effects import CommonEffect, in_all
+from diagnosis.several.transfer import Presence
 from diagnosis.verdict import Verdict
 from scenarios.arrays import Array
 from sim.scenario import Scenario
+from validation.signals.amplitude import rms
+
+
+@dataclass(frozen=True)
+class Scope:
+    """Words for the compared units and for the transfer of effects between them.
+
+    key: JSON key. labels: of transfer, for pages and tables. after: basis of the gap afterwards. alone: remark on an
+    effect named by a single unit.
+    """
+
+    noun: str
+    key: str
+    labels: Mapping[Transfer, str]
+    after: str
+    alone: str
+
+
+RECORDINGS = Scope(
+    noun="recording",
+    key="recordings",
+    labels={
+        Transfer.TRANSFERRED: "transferred",
+        Transfer.NOT_TRANSFERRED: "not transferred",
+        Transfer.SOME: "in some",
+        Transfer.SINGLE_RUN: "not confirmed",
+    },
+    after="with the coefficients of the other recordings, or its own where these differ",
+    alone="Not a common finding: the other recordings do not confirm it.",
+)
+SENSORS = Scope(
+    noun="sensor",
+    key="sensors",
+    labels={
+        Transfer.TRANSFERRED: "the same",
+        Transfer.NOT_TRANSFERRED: "differs",
+        Transfer.SOME: "at some",
+        Transfer.SINGLE_RUN: "at one",
+    },
+    after="with the effects of its own diagnosis",
+    alone="The other sensors do not show it, or cannot decide.",
+)
 
 
 @dataclass(frozen=True, repr=False)
@@ -21,37 +64,45 @@ class PooledDiagnosis:
 
     names, each: the recordings with their own diagnoses. common: effects supported by more than one recording. single:
     effects named by one. gaps, before_nT, after_nT: of each recording, with the coefficients predicted by the other
-    recordings, or with its own where these differ. gap: of all recordings. scope: recordings, or the sensors of one
-    array; sensors keep the gaps of their own diagnoses. first: the sensor in the headline, or the recording that
-    says more alone than all together.
+    recordings, or with its own where these differ. scope: recordings, or the sensors of one array; sensors keep the
+    gaps of their own diagnoses. first: the sensor in the headline, or the recording that says more alone than all
+    together.
     """
 
     names: tuple[str, ...]
     each: tuple[Diagnosis, ...]
     verdict: Verdict
-    sentence: str
     common: tuple[CommonEffect, ...]
     single: tuple[CommonEffect, ...]
-    gap: GapSize
     gaps: tuple[GapSize, ...]
     where: tuple[ChannelShare, ...]
     unexplained: tuple[str, ...]
-    advice: tuple[str, ...]
     model: Scenario
     before_nT: tuple[Array, ...]
     after_nT: tuple[Array, ...]
     scope: Scope = RECORDINGS
     first: int | None = None
+    sentence: str = ""
+    advice: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         """Return verdict and sentence."""
         return f"{self.verdict}: {self.sentence}"
 
+    @cached_property
+    def gap(self) -> GapSize:
+        """Size of the gap of all recordings with equal weight."""
+        return joint_gap(self.gaps)
+
+    def without(self, effect: CommonEffect) -> list[str]:
+        """Names of the recordings or sensors that exclude an effect."""
+        pairs = zip(self.names, effect.presence, strict=True)
+        return [name for name, presence in pairs if presence is Presence.ABSENT]
+
     @property
     def not_observable(self) -> tuple[str, ...]:
         """Effects observable in none of the recordings."""
-        first, *others = (diagnosis.not_observable for diagnosis in self.each)
-        return tuple(name for name in first if all(name in names_of_other for names_of_other in others))
+        return in_all([diagnosis.not_observable for diagnosis in self.each])
 
     def as_dict(self) -> dict[str, Any]:
         """The JSON of `magbench diagnose` for several recordings, or for the sensors of an array."""
@@ -62,7 +113,7 @@ class PooledDiagnosis:
             "effects": [*self._own_effects_json(), *(self._effect_json(effect) for effect in self.common)],
             "not_borne_out": [self._effect_json(effect) for effect in self.single],
             "where": [{"channel": c, "frame": f, "score": round(s, 4)} for c, f, s in self.where],
-            "gap": _gap_json(self.gap),
+            "gap": self.gap.as_dict(),
             "left": list(self.unexplained),
             "not_observable": list(self.not_observable),
             "advice": list(self.advice),
@@ -120,18 +171,10 @@ class PooledDiagnosis:
             "verdict": own["verdict"],
             "sentence": own["sentence"],
             "gap": own["gap"],
-            "gap_together": _gap_json(self.gaps[i]),
+            "gap_together": self.gaps[i].as_dict(),
             "effects": own["effects"],
             "coefficients": coefficients,
         }
-
-
-def _gap_json(gap: GapSize) -> dict[str, Any]:
-    return {
-        "before": {"rms_nT": gap.before_nT, "rms_sigma": gap.before_sigma},
-        "after": {"rms_nT": gap.after_nT, "rms_sigma": gap.after_sigma},
-        "explained": gap.explained,
-    }
 
 
 def worst(each: Sequence[Diagnosis]) -> int:
@@ -141,3 +184,14 @@ def worst(each: Sequence[Diagnosis]) -> int:
         return max(unexplained, key=lambda i: each[i].gap.after_sigma)
     gaps = [i for i, diagnosis in enumerate(each) if diagnosis.verdict is not Verdict.NONE]
     return max(gaps or range(len(each)), key=lambda i: each[i].gap.before_sigma)
+
+
+def joint_gap(gaps: Sequence[GapSize]) -> GapSize:
+    """Size of several gaps with equal weight; the explained share counts recordings with a gap only."""
+    with_gap = [gap for gap in gaps if gap.explained is not None]
+    excess = sum(gap.before_sigma**2 - 1 for gap in with_gap)
+    taken = sum(gap.before_sigma**2 - gap.after_sigma**2 for gap in with_gap)
+    before_nT, before, after_nT, after = (
+        rms([getattr(gap, name) for gap in gaps]) for name in ("before_nT", "before_sigma", "after_nT", "after_sigma")
+    )
+    return GapSize(before_nT, before, after_nT, after, min(1.0, taken / excess) if with_gap else None)

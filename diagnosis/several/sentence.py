@@ -4,30 +4,32 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
+from dataclasses import replace
 
 from diagnosis.decision.advice import separation_advice
 from diagnosis.decision.sentence import LISTED_CHANNELS, describe_effect
-from diagnosis.result import NORMAL_95, Diagnosis, EvidenceKind, Transfer
-from diagnosis.several.common_effects import CommonEffect, main_size
-from diagnosis.several.result import PooledDiagnosis
-from diagnosis.several.scope import RECORDINGS, Scope
+from diagnosis.result import NORMAL_95, EvidenceKind, Transfer
+from diagnosis.several.common_effects import CommonEffect, in_all, main_size
+from diagnosis.several.result import RECORDINGS, PooledDiagnosis, Scope
 from diagnosis.several.transfer import Presence
 from diagnosis.verdict import Verdict
 from validation.text import all_of, figure
 
 
+def with_sentences(diagnosis: PooledDiagnosis) -> PooledDiagnosis:
+    """The diagnosis with its sentence and advice: of all together, or of the worst with the verdicts of all."""
+    sentence = pooled_sentence(diagnosis) if diagnosis.first is None else headline_sentence(diagnosis, diagnosis.first)
+    advice = pooled_advice if diagnosis.scope is RECORDINGS else array_advice
+    return replace(diagnosis, sentence=sentence, advice=advice(diagnosis))
+
+
 def pooled_sentence(diagnosis: PooledDiagnosis) -> str:
     """Summarise the diagnosis in one sentence for a field engineer."""
-    explained = diagnosis.gap.explained
-    has_explained = explained is not None and any(
-        effect.named.kind is EvidenceKind.HELD_OUT for effect in diagnosis.common
-    )
     channels = ", ".join(effect.channel for effect in diagnosis.where[:LISTED_CHANNELS])
+    causes = (f"{describe_effect(effect.named)}, {describe_transfer(effect)}" for effect in diagnosis.common)
     sentence = diagnosis.verdict.sentence(
-        causes="; ".join(
-            f"{describe_effect(effect.named)}, {describe_transfer(effect)}" for effect in diagnosis.common
-        ),
-        share=_share(diagnosis) if has_explained else "",
+        causes="; ".join(causes),
+        share=_share(diagnosis),
         left="; ".join(diagnosis.unexplained),
         nearest="",
         goes_with=f"; the gap follows {channels}" if channels else "",
@@ -44,10 +46,14 @@ def _own_events(diagnosis: PooledDiagnosis) -> Iterator[str]:
 
 
 def _share(diagnosis: PooledDiagnosis) -> str:
+    """The share of the gap that fitted effects explain, if any."""
     fitted = [effect for effect in diagnosis.common if effect.named.kind is EvidenceKind.HELD_OUT]
+    explained = diagnosis.gap.explained
+    if explained is None or not fitted:
+        return ""
     own = all(effect.transfer is Transfer.NOT_TRANSFERRED for effect in fitted)
     whose = "its own coefficients" if own else "the others' coefficients"
-    return f"; in each recording {whose} explain {100 * (diagnosis.gap.explained or 0.0):.0f} % of the gap"
+    return f"; in each recording {whose} explain {100 * explained:.0f} % of the gap"
 
 
 def describe_transfer(effect: CommonEffect, scope: Scope = RECORDINGS) -> str:
@@ -62,9 +68,7 @@ def describe_transfer(effect: CommonEffect, scope: Scope = RECORDINGS) -> str:
 
 def pooled_advice(diagnosis: PooledDiagnosis) -> tuple[str, ...]:
     """Advice for the pool, then advice shared by all recordings' own diagnoses."""
-    shared = [
-        line for line in diagnosis.each[0].advice if all(line in another.advice for another in diagnosis.each[1:])
-    ]
+    shared = in_all([own.advice for own in diagnosis.each])
     own = [
         *_advice_on_differences(diagnosis),
         *_advice_on_single(diagnosis),
@@ -83,18 +87,7 @@ def _advice_on_differences(diagnosis: PooledDiagnosis) -> Iterator[str]:
                 "the recordings (mount, load, power, settings), and calibrate each state by itself."
             )
         if effect.transfer is Transfer.SOME:
-            without = _without(diagnosis, effect)
-            if without:
-                yield (
-                    f"{effect.name} is not in {', '.join(without)}: find out what was on or mounted in the other "
-                    "recordings only."
-                )
-
-
-def _without(diagnosis: PooledDiagnosis, effect: CommonEffect) -> list[str]:
-    """Names of the recordings or sensors without an effect."""
-    pairs = zip(diagnosis.names, effect.presence, strict=True)
-    return [name for name, presence in pairs if presence is Presence.ABSENT]
+            yield from _elsewhere(diagnosis, effect, "find out what was on or mounted in the other recordings only.")
 
 
 def _most_different(diagnosis: PooledDiagnosis, effect: CommonEffect) -> str:
@@ -106,26 +99,20 @@ def _most_different(diagnosis: PooledDiagnosis, effect: CommonEffect) -> str:
     return f": {name} has {figure(ratio)} times the size of the others (+-{figure(NORMAL_95 * std, 1)})"
 
 
-def headline_sentence(diagnosis: PooledDiagnosis) -> str:
-    """Summarise the worst sensor or recording, the verdicts of all, and the transfer of the worst one's effects."""
-    assert diagnosis.first is not None
+def headline_sentence(diagnosis: PooledDiagnosis, first: int) -> str:
+    """Summarise the sensor or recording of index `first`, the verdicts of all, and the transfer of common effects."""
     count = Counter(str(item.verdict) for item in diagnosis.each)
     verdicts = ", ".join(f"{many} {word}" for word, many in count.items())
     transfers = "".join(f" {item.name} is {describe_transfer(item, diagnosis.scope)}." for item in diagnosis.common)
     if len(count) == 1 and diagnosis.verdict is Verdict.NONE:
         return f"{all_of(len(diagnosis.each), diagnosis.scope.key).capitalize()}: {diagnosis.each[0].sentence}"
-    worst = f"{diagnosis.names[diagnosis.first]}, of {len(diagnosis.each)} {diagnosis.scope.key} ({verdicts})"
-    return f"{worst}: {_headline_diagnosis(diagnosis).sentence}{transfers}"
-
-
-def _headline_diagnosis(diagnosis: PooledDiagnosis) -> Diagnosis:
-    """The diagnosis in the headline."""
-    return diagnosis.each[diagnosis.first or 0]
+    worst = f"{diagnosis.names[first]}, of {len(diagnosis.each)} {diagnosis.scope.key} ({verdicts})"
+    return f"{worst}: {diagnosis.each[first].sentence}{transfers}"
 
 
 def array_advice(diagnosis: PooledDiagnosis) -> tuple[str, ...]:
     """Whether a source is near or far, then the advice of the worst sensor's own diagnosis."""
-    return tuple(dict.fromkeys([*_near_or_far(diagnosis), *_headline_diagnosis(diagnosis).advice]))
+    return tuple(dict.fromkeys([*_near_or_far(diagnosis), *diagnosis.each[diagnosis.first or 0].advice]))
 
 
 def _near_or_far(diagnosis: PooledDiagnosis) -> Iterator[str]:
@@ -144,9 +131,13 @@ def _near_or_far(diagnosis: PooledDiagnosis) -> Iterator[str]:
                 f"least, {where} {more}."
             )
         else:
-            without = _without(diagnosis, effect)
-            if without:
-                yield f"{effect.name} is not in {', '.join(without)}: its source is near or inside the other sensors."
+            yield from _elsewhere(diagnosis, effect, "its source is near or inside the other sensors.")
+
+
+def _elsewhere(diagnosis: PooledDiagnosis, effect: CommonEffect, meaning: str) -> Iterator[str]:
+    """What an effect's absence from some recordings or sensors means."""
+    if without := diagnosis.without(effect):
+        yield f"{effect.name} is not in {', '.join(without)}: {meaning}"
 
 
 def _sizes(diagnosis: PooledDiagnosis, effect: CommonEffect) -> list[tuple[float, str]]:
@@ -157,8 +148,6 @@ def _sizes(diagnosis: PooledDiagnosis, effect: CommonEffect) -> list[tuple[float
 
 def _advice_on_single(diagnosis: PooledDiagnosis) -> Iterator[str]:
     for effect in diagnosis.single:
-        against = [
-            name for name, presence in zip(diagnosis.names, effect.presence, strict=True) if presence is Presence.ABSENT
-        ]
+        against = diagnosis.without(effect)
         why = f"{', '.join(against)} contradict it" if against else "the others cannot decide"
         yield f"{effect.name} is named by one recording alone and {why}: not a common finding."

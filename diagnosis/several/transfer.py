@@ -6,10 +6,13 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 
+import numpy as np
+
 from diagnosis.policy import Policy
 from diagnosis.result import Transfer
-from diagnosis.several.coefficients import Agreement, agreement, predicted_by_others
+from diagnosis.several.coefficients import Agreement, CoefficientEstimate, agreement, predicted_by_others
 from diagnosis.several.pooled_test import PooledCandidate
+from validation.signals.amplitude import rms
 
 
 class Presence(StrEnum):
@@ -22,8 +25,8 @@ class Presence(StrEnum):
 
 
 @dataclass(frozen=True)
-class TransferFinding:
-    """Transfer of an effect in the pool (None: not accepted), nats, presence in each recording, test of agreement.
+class PooledEffect:
+    """An effect in the pool: transfer (None: not accepted), nats, presence in each recording, agreement, look-alikes.
 
     nats: over the inflation, of coefficients predicted by the other recordings if `transfer` is not None. agreement:
     pooled coefficients of the recordings with the effect, and their agreement.
@@ -34,43 +37,54 @@ class TransferFinding:
     nats: float
     presence: tuple[Presence, ...]
     agreement: Agreement
+    alternatives: tuple[str, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """Name of the effect."""
+        return self.pooled.name
+
+    @property
+    def present(self) -> list[int]:
+        """Indices of the recordings that show the effect."""
+        return [i for i in self.pooled.here if self.presence[i] is Presence.PRESENT]
+
+    @property
+    def possible(self) -> dict[int, CoefficientEstimate]:
+        """Coefficients in the recordings that hold the causes and do not exclude the effect."""
+        return {i: one for i, one in self.pooled.estimates.items() if self.presence[i] is not Presence.ABSENT}
+
+    @property
+    def strength(self) -> float:
+        """Rms over the recordings with the effect, in units of the noise of each."""
+        return rms(np.array([self.pooled.here[i].strength for i in self.present or self.pooled.here]))
 
 
-def assess_transfer(
-    pooled: PooledCandidate, needed: float, policy: Policy, named: Sequence[int] = ()
-) -> TransferFinding:
+def assess_transfer(pooled: PooledCandidate, needed: float, policy: Policy, named: Sequence[int] = ()) -> PooledEffect:
     """Assess the transfer of an effect; needed : nats of predicted coefficients for acceptance.
 
     An effect whose size differs between recordings is accepted where the predicted size still explains more than
     nothing, or where two recordings name the effect by themselves, as a tone of random phase. named : the recordings
     whose own diagnosis names the effect.
     """
-    testable, presence, present = _present_in(pooled, policy)
-    gains, agree = _common_nats(pooled, testable, policy)
-    total = _total_nats(pooled, gains)
+    presence = _presences(pooled, policy)
+    gains, agree = _common_nats(pooled, pooled.here, policy)
+    total = sum(gains) - pooled.price
+    effect = PooledEffect(pooled, None, total, presence, agree)
     if _is_supported(pooled, gains, agree, needed) and agree.p > policy.not_transferred_alarm:
-        return TransferFinding(pooled, Transfer.TRANSFERRED, total, presence, agree)
+        return replace(effect, transfer=Transfer.TRANSFERRED)
+    present = effect.present
     if len(present) < 2:
-        return TransferFinding(pooled, None, total, presence, agree)
-    gains_present, agree_present = _common_nats(pooled, present, policy)
-    part = _total_nats(pooled, gains_present)
-    transfer, nats = None, max(total, part)
-    if _is_supported(pooled, gains_present if part > total else gains, agree_present, needed):
-        same = Presence.ABSENT in presence and part > needed and agree_present.p > policy.not_transferred_alarm
-        transfer = Transfer.SOME if same else _differing_transfer(pooled, present, needed)
-    elif alone := _independent_nats(pooled, set(present).intersection(named), needed):
-        transfer, nats = Transfer.NOT_TRANSFERRED, alone
-    return TransferFinding(pooled, transfer, nats, presence, agree_present)
-
-
-def _differing_transfer(pooled: PooledCandidate, present: Sequence[int], needed: float) -> Transfer | None:
-    return Transfer.NOT_TRANSFERRED if _two_support(pooled, present, needed) else None
-
-
-def _independent_nats(pooled: PooledCandidate, which: Iterable[int], needed: float) -> float:
-    """Nats of the own coefficients of recordings showing an effect by themselves; zero for fewer than two."""
-    gains = [own for i in which if (own := pooled.own_nats(i)) > needed]
-    return sum(gains) if len(gains) > 1 else 0.0
+        return effect
+    gains_present, agree = _common_nats(pooled, present, policy)
+    part = sum(gains_present) - pooled.price
+    effect = replace(effect, nats=max(total, part), agreement=agree)
+    if _is_supported(pooled, gains_present if part > total else gains, agree, needed):
+        same = Presence.ABSENT in presence and part > needed and agree.p > policy.not_transferred_alarm
+        differs = Transfer.NOT_TRANSFERRED if _two_support(pooled, present, needed) else None
+        return replace(effect, transfer=Transfer.SOME if same else differs)
+    alone = [nats for i in present if i in named and (nats := pooled.own_nats(i)) > needed]
+    return replace(effect, transfer=Transfer.NOT_TRANSFERRED, nats=sum(alone)) if len(alone) > 1 else effect
 
 
 def _two_support(pooled: PooledCandidate, present: Sequence[int], needed: float) -> bool:
@@ -79,46 +93,37 @@ def _two_support(pooled: PooledCandidate, present: Sequence[int], needed: float)
     In the second case the predicted coefficients times a positive factor explain each recording: an opposite sign is no
     support, nor is a wander in the predicted direction by chance.
     """
-    estimates = {i: estimate for i in present if (estimate := pooled.estimates[i]) is not None}
-    gains = (
-        estimate.scaled_gain(c)
-        for estimate, c in zip(estimates.values(), predicted_by_others(list(estimates.values())), strict=True)
-    )
-    return sum(max(gain, pooled.own_nats(i)) > needed for i, gain in zip(estimates, gains, strict=True)) > 1
+    predicted = predicted_by_others({i: pooled.estimates[i] for i in present})
+    gains = (max(pooled.estimates[i].scaled_gain(c), pooled.own_nats(i)) for i, c in predicted.items())
+    return sum(gain > needed for gain in gains) > 1
 
 
-def compare_sensors(pooled: PooledCandidate, policy: Policy) -> TransferFinding:
+def compare_sensors(pooled: PooledCandidate, policy: Policy) -> PooledEffect:
     """Assess the transfer between the sensors of an array of an effect named by one; None if a single sensor shows it.
 
     Coefficients are those of the sensors with the effect, and no more certain than one sensor's: all sensors share the
     slow errors of the run.
     """
-    testable, presence, present = _present_in(pooled, policy)
-    present = present or testable
+    presence = _presences(pooled, policy)
+    present = [i for i in pooled.here if presence[i] is Presence.PRESENT] or list(pooled.here)
     gains, agree = _common_nats(pooled, present, policy)
-    nats, agree = _total_nats(pooled, gains), replace(agree, covariance=len(present) * agree.covariance)
-    if len(present) < 2:
-        transfer = None
-    elif agree.p <= policy.not_transferred_alarm:
-        transfer = Transfer.NOT_TRANSFERRED
-    else:
-        transfer = Transfer.TRANSFERRED if len(present) == len(pooled.in_recordings) else Transfer.SOME
-    return TransferFinding(pooled, transfer, nats, presence, agree)
+    transfer = transfer_of(agree.p > policy.not_transferred_alarm, len(present), len(presence))
+    agree = replace(agree, covariance=len(present) * agree.covariance)
+    return PooledEffect(pooled, transfer if len(present) > 1 else None, sum(gains) - pooled.price, presence, agree)
+
+
+def transfer_of(agrees: bool, showing: int, of: int) -> Transfer:
+    """How far an effect seen in some recordings transfers, given whether its sizes agree."""
+    if not agrees:
+        return Transfer.NOT_TRANSFERRED
+    return Transfer.TRANSFERRED if showing == of else Transfer.SOME
 
 
 def predicts(pooled: PooledCandidate, policy: Policy) -> bool:
     """Whether coefficients of a first recording explain a second, whose own coefficients agree."""
-    first, second = pooled.estimates
-    if first is None or second is None or pooled.nats(1, first.c) <= policy.apart:
+    if len(pooled.here) < 2 or pooled.nats(1, pooled.estimates[0].c) <= policy.apart:
         return False
-    return agreement([first, second], policy.same_coefficient, pooled.error_degrees).p > policy.not_transferred_alarm
-
-
-def _present_in(pooled: PooledCandidate, policy: Policy) -> tuple[list[int], tuple[Presence, ...], list[int]]:
-    """Recordings with the causes, presence in each, and recordings showing the effect."""
-    testable = [i for i, in_recording in enumerate(pooled.in_recordings) if in_recording is not None]
-    presence = _presences(pooled, testable, policy)
-    return testable, presence, [i for i in testable if presence[i] is Presence.PRESENT]
+    return _agreement(pooled, pooled.here, policy).p > policy.not_transferred_alarm
 
 
 def _is_supported(pooled: PooledCandidate, gains: Sequence[float], agree: Agreement, needed: float) -> bool:
@@ -128,36 +133,33 @@ def _is_supported(pooled: PooledCandidate, gains: Sequence[float], agree: Agreem
     recording, one recording's part of the whole is needed.
     """
     others = sum(gains) - max(gains, default=0.0)
-    borne_out = _total_nats(pooled, gains) > needed and others * len(gains) > needed
+    borne_out = sum(gains) - pooled.price > needed and others * len(gains) > needed
     return borne_out and pooled.candidate.within_bounds(agree.c)
 
 
-def _total_nats(pooled: PooledCandidate, gains: Sequence[float]) -> float:
-    return sum(gains) - pooled.price
-
-
-def _common_nats(pooled: PooledCandidate, indices: Sequence[int], policy: Policy) -> tuple[list[float], Agreement]:
+def _common_nats(pooled: PooledCandidate, which: Iterable[int], policy: Policy) -> tuple[list[float], Agreement]:
     """Nats explained in each recording by coefficients of the others, and the test of agreement."""
-    estimates_by_index = {i: estimate for i in indices if (estimate := pooled.estimates[i]) is not None}
-    estimates = list(estimates_by_index.values())
-    gains = [pooled.nats(i, c) for i, c in zip(estimates_by_index, predicted_by_others(estimates), strict=True)]
-    return gains, agreement(estimates, policy.same_coefficient, pooled.error_degrees)
+    predicted = predicted_by_others({i: pooled.estimates[i] for i in which})
+    return [pooled.nats(i, c) for i, c in predicted.items()], _agreement(pooled, predicted, policy)
 
 
-def _presences(pooled: PooledCandidate, testable: Sequence[int], policy: Policy) -> tuple[Presence, ...]:
+def _agreement(pooled: PooledCandidate, which: Iterable[int], policy: Policy) -> Agreement:
+    return agreement([pooled.estimates[i] for i in which], policy.same_coefficient, pooled.error_degrees)
+
+
+def _presences(pooled: PooledCandidate, policy: Policy) -> tuple[Presence, ...]:
     """Presence in each recording, by own coefficients or by those of the others with the effect."""
-    strong = [i for i in testable if pooled.own_nats(i) > policy.apart] or list(testable)
+    strong = [i for i in pooled.here if pooled.own_nats(i) > policy.apart] or list(pooled.here)
     return tuple(_presence(pooled, i, [j for j in strong if j != i], policy) for i in range(len(pooled.in_recordings)))
 
 
 def _presence(pooled: PooledCandidate, i: int, others: Sequence[int], policy: Policy) -> Presence:
-    estimate = pooled.estimates[i]
-    if estimate is None:
+    if i not in pooled.here:
         return Presence.NOT_RECORDED
+    estimate = pooled.estimates[i]
     if pooled.own_nats(i) > policy.apart and pooled.candidate.within_bounds(estimate.c):
         return Presence.PRESENT
-    known = [another for j in others if (another := pooled.estimates[j]) is not None]
-    c = agreement(known, 0.0).c if known else 0.0 * estimate.c
+    c = predicted_by_others({j: pooled.estimates[j] for j in (i, *others)})[i]
     gain = estimate.gain(c) / estimate.inflation(c)
     if gain > policy.apart:
         return Presence.PRESENT

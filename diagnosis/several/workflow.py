@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,11 +14,11 @@ from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.repair.new_model import patch_model
 from diagnosis.result import OF_VALUES, Diagnosis
-from diagnosis.several.common_effects import CommonEffect, single_effect
+from diagnosis.several.common_effects import common_effect
 from diagnosis.several.result import PooledDiagnosis, worst
 from diagnosis.several.selection import PooledRecording, select_pooled
-from diagnosis.several.sentence import headline_sentence, pooled_advice, pooled_sentence
-from diagnosis.several.verdict_rules import Pool, PooledVerdict
+from diagnosis.several.sentence import with_sentences
+from diagnosis.several.verdict_rules import PooledVerdict
 from diagnosis.verdict import Verdict
 from diagnosis.workflow import Examination, diagnosis_of, examine
 from recordings import Recording
@@ -51,19 +51,29 @@ def diagnose_together(
         raise InputError("a single recording cannot be compared", where="recordings", do="give two or more")
     for (name, problem), (other_name, other_problem) in itertools.combinations(zip(names, problems, strict=True), 2):
         check_apart(problem.recording, other_problem.recording, f"{name}, {other_name}")
-    if cluster is None:
-        examinations = [
-            examine(problem, model, without, lambda step, name=name: say(f"{name}: {step}"))  # type: ignore[misc]
-            for name, problem in zip(names, problems, strict=True)
-        ]
-    else:
-        tasks = [ExaminationTask(*one, model, without) for one in zip(names, problems, strict=True)]
-        examinations = _examined_on(cluster, tasks, say)
-    recordings = [PooledRecording.of(examination) for examination in examinations]
-    effects, alone = select_pooled(recordings, say)
+    tasks = [ExaminationTask(name, problem, model, without) for name, problem in zip(names, problems, strict=True)]
+    recordings = [PooledRecording.of(examination) for examination in examine_each(tasks, say, cluster)]
+    effects, single = select_pooled(recordings, say)
     say("the simulator with the new models")
-    pool = Pool(recordings, effects)
-    return _diagnosis(tuple(names), model, pool, [single_effect(finding, pool.problems) for finding in alone])
+    pooled = PooledVerdict.of(recordings, effects)
+    each = tuple(diagnosis_of(recording.examination) for recording in recordings)
+    first = _answers_better_alone(pooled, each)
+    cases, before = pooled.cases, pooled.before
+    diagnosis = PooledDiagnosis(
+        names=tuple(names),
+        each=each,
+        verdict=pooled.verdict if first is None else each[first].verdict,
+        common=pooled.common,
+        single=tuple(common_effect(effect, problems) for effect in single),
+        gaps=tuple(case.gap for case in cases),
+        where=mean_shares([case.where for case in cases], problems[0].policy),
+        unexplained=pooled.unexplained(names),
+        model=patch_model(model, [effect.named for effect in pooled.common], cases[0].problem),
+        before_nT=tuple(left * case.problem.sigma_nT for left, case in zip(before, cases, strict=True)),
+        after_nT=tuple(case.residual * case.problem.sigma_nT for case in cases),
+        first=first,
+    )
+    return with_sentences(diagnosis)
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,8 +92,13 @@ def examine_alone(task: ExaminationTask) -> Examination:
     return examine(task.problem, task.model, task.without)
 
 
-def _examined_on(cluster: Tasks, tasks: Sequence[ExaminationTask], say: Progress) -> list[Examination]:
-    """Return the examinations in the order of the tasks, whatever the order in which the cluster computes them."""
+def examine_each(tasks: Sequence[ExaminationTask], say: Progress, cluster: Tasks | None = None) -> list[Examination]:
+    """Return the examinations in the order of the tasks, whatever the order in which a cluster computes them."""
+    if cluster is None:
+        return [
+            examine(task.problem, task.model, task.without, lambda step, name=task.name: say(f"{name}: {step}"))  # type: ignore[misc]
+            for task in tasks
+        ]
     found = {}
     for task, examination in cluster.map(examine_alone, tasks):
         say(f"{task.name}: examined")
@@ -97,32 +112,6 @@ def check_apart(first: Recording, second: Recording, where: str) -> None:
         raise InputError(
             "both recordings have the same field samples", where=where, do="give recordings of different times"
         )
-
-
-def _diagnosis(names: tuple[str, ...], model: Model, pool: Pool, alone: Sequence[CommonEffect]) -> PooledDiagnosis:
-    """The diagnosis of the pool, with sentences and the new model."""
-    verdict = PooledVerdict.of(pool)
-    each = tuple(diagnosis_of(recording.examination) for recording in pool.recordings)
-    common, problems, first = verdict.common, pool.problems, _answers_better_alone(verdict, each)
-    diagnosis = PooledDiagnosis(
-        names=names,
-        each=each,
-        verdict=verdict.verdict if first is None else each[first].verdict,
-        sentence="",
-        common=common,
-        single=tuple(alone),
-        gap=verdict.gap,
-        gaps=verdict.gaps,
-        where=mean_shares([case.where for case in verdict.cases], problems[0].policy),
-        unexplained=verdict.unexplained(names),
-        advice=(),
-        model=patch_model(model, [effect.named for effect in common], problems[0]),
-        before_nT=tuple(gap * problem.sigma_nT for gap, problem in zip(verdict.before, problems, strict=True)),
-        after_nT=tuple(gap * problem.sigma_nT for gap, problem in zip(verdict.after, problems, strict=True)),
-        first=first,
-    )
-    sentence = (pooled_sentence if first is None else headline_sentence)(diagnosis)
-    return replace(diagnosis, sentence=sentence, advice=pooled_advice(diagnosis))
 
 
 def _answers_better_alone(pooled: PooledVerdict, each: Sequence[Diagnosis]) -> int | None:

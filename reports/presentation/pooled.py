@@ -11,8 +11,7 @@ import numpy as np
 from diagnosis.repair.model_file import lines_of_diff, written_model
 from diagnosis.result import NamedEffect, Transfer, parameters
 from diagnosis.several.common_effects import CommonEffect
-from diagnosis.several.result import PooledDiagnosis
-from diagnosis.several.scope import Scope
+from diagnosis.several.result import PooledDiagnosis, Scope
 from diagnosis.several.sentence import describe_transfer
 from diagnosis.several.transfer import Presence
 from reports.presentation.answer import PresentedAnswer, gap_cells

@@ -8,17 +8,20 @@ from typing import Any
 import numpy as np
 import pytest
 
+from diagnosis.decision.verdict_rules import VerdictInput
 from diagnosis.evidence.localise import ChannelShare
 from diagnosis.policy import STANDARD
 from diagnosis.result import EvidenceKind
+from diagnosis.several.common_effects import CommonEffect
 from diagnosis.several.verdict_rules import PooledVerdict
 from diagnosis.several.workflow import _answers_better_alone, check_apart, mean_shares
 from diagnosis.verdict import Verdict
 from scenarios.errors import InputError
 from tests.diagnosis.several.told import GAP, motor, own
-from tests.diagnosis.synthetic import recording
+from tests.diagnosis.synthetic import problem, recording
 
 WHITE, FITTED = EvidenceKind.SPECTRUM, EvidenceKind.HELD_OUT
+POSED = problem(n=300)
 
 
 @pytest.mark.parametrize(
@@ -60,11 +63,15 @@ def test_the_same_samples_twice_are_refused() -> None:
 
 
 def judged(doubts: tuple[tuple[str, ...], ...], verdict: Verdict = Verdict.NAMED) -> PooledVerdict:
+    """A motor's field and a rounding in recordings that leave something, with doubts about them."""
     conclusions: Any = tuple(SimpleNamespace(after=SimpleNamespace(why=(f"why {k}",))) for k in range(len(doubts)))
-    rises = [SimpleNamespace(words="it rises"), *[None] * len(doubts)]
-    cases: Any = tuple(SimpleNamespace(rise=rises[k]) for k in range(len(doubts)))
-    left = (np.zeros(1),) * len(doubts)
-    return PooledVerdict(verdict, (), conclusions, cases, doubts, GAP, (GAP,) * len(doubts), left, left)
+    left, base = np.ones((4, 3)), np.full((4, 3), 2.0)
+    cases = tuple(
+        VerdictInput(POSED, (), False, GAP, (), left, None if k else SimpleNamespace(words="it rises"))  # type: ignore[arg-type]
+        for k in range(len(doubts))
+    )
+    common = tuple(CommonEffect(motor(kind=kind), (), ()) for kind in (FITTED, EvidenceKind.DIRECT))
+    return PooledVerdict(verdict, common, conclusions, cases, doubts, (base,) * len(doubts))
 
 
 @pytest.mark.parametrize(
@@ -74,6 +81,14 @@ def test_names_are_doubted_where_half_of_the_recordings_do(count: int, of: int, 
     doubts = tuple(("a doubt",) if k < count else () for k in range(of))
     assert judged(doubts).is_doubted is doubted
     assert judged(((),) * of, Verdict.UNKNOWN).is_doubted
+
+
+def test_names_that_are_taken_back_leave_what_the_values_show() -> None:
+    found = judged(((), ())).without_names()
+    assert (found.verdict, [effect.named.kind for effect in found.common]) == (Verdict.UNKNOWN, [EvidenceKind.DIRECT])
+    for case, before in zip(found.cases, found.before, strict=True):
+        assert case.residual is before
+        assert (case.gap.after_sigma, case.gap.explained) == (GAP.before_sigma, 0.0)
 
 
 def test_what_is_left_is_told_by_recording() -> None:

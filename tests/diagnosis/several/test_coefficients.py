@@ -11,11 +11,11 @@ from scipy.stats import chi2, f
 from diagnosis.several.coefficients import (
     CoefficientEstimate,
     agreement,
-    cross_predicted_gains,
+    cross_predicted_gain,
     inverse,
     predicted_by_others,
     rank,
-    size_ratio,
+    size_ratios,
     with_scatter,
 )
 
@@ -37,9 +37,13 @@ def test_pooled_coefficients_are_those_of_all_samples_in_one_fit() -> None:
     whole = np.linalg.lstsq(np.vstack(X), np.concatenate(y), rcond=None)[0]
     assert agreement(several, 0.0).c == pytest.approx(whole, rel=1e-9)
     others = np.linalg.lstsq(np.vstack(X[1:]), np.concatenate(y[1:]), rcond=None)[0]
-    assert predicted_by_others(several)[0] == pytest.approx(others, rel=1e-9)
-    left = (y[0] ** 2).sum() / 2 - ((y[0] - X[0] @ others) ** 2).sum() / 2
-    assert cross_predicted_gains(several)[0] == pytest.approx(left, rel=1e-9)
+    assert predicted_by_others(dict(enumerate(several)))[0] == pytest.approx(others, rel=1e-9)
+    left = 0.0
+    for i in range(3):
+        rest = [j for j in range(3) if j != i]
+        c = np.linalg.lstsq(np.vstack([X[j] for j in rest]), np.concatenate([y[j] for j in rest]), rcond=None)[0]
+        left += (y[i] ** 2).sum() / 2 - ((y[i] - X[i] @ c) ** 2).sum() / 2
+    assert cross_predicted_gain(several) == pytest.approx(left, rel=1e-9)
 
 
 def test_equal_coefficients_differ_at_the_rate_that_is_stated() -> None:
@@ -75,7 +79,7 @@ def test_what_a_recording_leaves_open_is_neither_a_difference_nor_a_forecast() -
 def test_noise_foretells_nothing() -> None:
     """The others' coefficients lose on average half a column a recording where nothing is there."""
     rng = np.random.default_rng(4)
-    nats = [cross_predicted_gains([drawn(rng, 0 * TRUE)[0] for _ in range(3)]).sum() for _ in range(300)]
+    nats = [cross_predicted_gain([drawn(rng, 0 * TRUE)[0] for _ in range(3)]) for _ in range(300)]
     assert np.mean(nats) == pytest.approx(-9 / 4, abs=0.4)
     assert np.mean(np.array(nats) > np.log(29 / 0.001)) == 0.0
 
@@ -109,18 +113,26 @@ def test_the_best_factor_of_given_coefficients_is_that_of_a_fit_of_their_course(
     rng = np.random.default_rng(6)
     X, c = unit * rng.normal(size=(50, 2)) / 1e3, np.array([2.0, -1.0]) / unit
     y = 1.3 * X @ c + 1e-4 * rng.normal(size=50)
-    found = size_ratio(CoefficientEstimate(X.T @ X, X.T @ y), c)
-    assert found is not None
-    course = X @ c
+    own, others = CoefficientEstimate(X.T @ X, X.T @ y), CoefficientEstimate(X.T @ X, X.T @ X @ c)
+    found, course = size_ratios({3: own, 5: others})[3], X @ c
     assert found[0] == pytest.approx(course @ y / (course @ course))
     assert found[1] == pytest.approx((course @ course) ** -0.5)
-    wide = CoefficientEstimate(X.T @ X, X.T @ y, np.linalg.cholesky(X.T @ X).T, 9.0 * np.eye(2))
-    assert size_ratio(wide, c) == pytest.approx((found[0], 3.0 * found[1]))
+    wide = replace(own, wider=(np.linalg.cholesky(X.T @ X).T, 9.0 * np.eye(2)))
+    assert size_ratios({0: wide, 1: others})[0] == pytest.approx((found[0], 3.0 * found[1]))
 
 
-def test_coefficients_without_a_course_have_no_factor() -> None:
-    nothing = CoefficientEstimate(np.diag([1.0, 0.0]), np.array([1.0, 0.0]))
-    assert size_ratio(nothing, np.array([0.0, 5.0])) is None
+@pytest.mark.parametrize(
+    ("along", "ratio"),
+    [((13.0, 0.0), 1.3), ((7.5, 6.6), 0.75), ((6.5, 7.6), None), ((5.0, 12.0), None), ((-10.0, 0.0), None)],
+)
+def test_a_size_is_held_against_the_others_where_its_course_is_theirs(
+    along: tuple[float, float], ratio: float | None
+) -> None:
+    """More than half of what it explains goes along the others' coefficients."""
+    first, second = (CoefficientEstimate(np.diag([10.0, 10.0]), np.array(g)) for g in ((10.0, 0.0), along))
+    found = size_ratios({0: first, 2: second}).get(2)
+    assert (None if found is None else round(found[0], 9)) == ratio
+    assert size_ratios({1: first}) == {}
 
 
 def test_one_recording_agrees_with_itself() -> None:
@@ -130,7 +142,7 @@ def test_one_recording_agrees_with_itself() -> None:
     assert (found.degrees, found.p) == (0, 1.0)
     assert found.c == pytest.approx(one.c)
     assert found.covariance == pytest.approx(np.linalg.inv(one.N), rel=1e-6)
-    assert predicted_by_others([one]).tolist() == [[0.0, 0.0, 0.0]]
+    assert predicted_by_others({0: one})[0].tolist() == [0.0, 0.0, 0.0]
 
 
 def test_what_a_factor_explains_is_the_likelihood_ratio_of_a_fit_over_its_inflation() -> None:
@@ -145,10 +157,10 @@ def test_what_a_factor_explains_is_the_likelihood_ratio_of_a_fit_over_its_inflat
     assert CoefficientEstimate(N, g).scaled_gain(-c) == 0.0
     assert CoefficientEstimate(0.0 * N, g).scaled_gain(c) == 0.0
     assert CoefficientEstimate(N / 1e4, g / 1e4).scaled_gain(c) == pytest.approx(nats / 1e4)
-    wide = CoefficientEstimate(N, g, np.linalg.cholesky(N).T, 4.0 * np.eye(2))
+    wide = CoefficientEstimate(N, g, (np.linalg.cholesky(N).T, 4.0 * np.eye(2)))
     assert wide.scaled_gain(c) == pytest.approx(nats / 4)
     assert wide.inflation(c) == pytest.approx(4.0)
-    assert replace(wide, spread=0.25 * np.eye(2)).inflation(c) == 1.0
+    assert replace(wide, wider=(np.linalg.cholesky(N).T, 0.25 * np.eye(2))).inflation(c) == 1.0
     assert wide.inflation(0.0 * c) == 1.0
     assert wide.covariance == pytest.approx(4.0 * np.linalg.inv(N))
 
@@ -171,17 +183,17 @@ def test_a_scatter_of_the_parts_widens_and_none_does_not_narrow() -> None:
     same = [CoefficientEstimate(N, N @ [2.0])] * 2
     one, other = with_scatter([apart, same], [1.0, 1.5])
     # u = 8^-1/2 (4 c - 4 2) is -4/sqrt 8 and its opposite: 4 in sum, twice that, over two recordings
-    assert one.spread == pytest.approx(4.0)
-    assert other.spread == pytest.approx(4.0)
+    assert one.error[1] == pytest.approx(4.0)
+    assert other.error[1] == pytest.approx(4.0)
     assert one.covariance == pytest.approx(4.0 / 8.0)
     (still,) = with_scatter([same], [1.5])
-    assert still.spread == pytest.approx(1.5)
+    assert still.error[1] == pytest.approx(1.5)
 
 
-def test_a_root_without_a_spread_states_no_other_error() -> None:
+def test_any_root_of_the_information_states_the_same_error() -> None:
     one = drawn(np.random.default_rng(10), TRUE)[0]
-    rooted = replace(one, R=np.linalg.cholesky(one.N).T)
-    assert rooted.inflation(TRUE) == 1.0
+    rooted = replace(one, wider=(np.linalg.cholesky(one.N).T, np.eye(3)))
+    assert rooted.inflation(TRUE) == one.inflation(TRUE) == pytest.approx(1.0)
     assert rooted.covariance == pytest.approx(one.covariance)
     assert agreement([rooted, one], 0.0).chi2 == pytest.approx(agreement([one, one], 0.0).chi2, abs=1e-9)
 

@@ -18,19 +18,18 @@ from diagnosis.result import EvidenceKind, NamedEffect, Transfer
 from diagnosis.several.coefficients import CoefficientEstimate, agreement
 from diagnosis.several.common_effects import (
     CommonEffect,
-    _ratios,
-    _transfer_of,
-    common_fitted_effect,
+    common_effect,
     common_iron_changes,
     common_value_effects,
-    single_effect,
+    parameters_of,
     with_common_rivals,
 )
-from diagnosis.several.transfer import Presence
+from diagnosis.several.transfer import PooledEffect, Presence
 from diagnosis.workflow import examine
 from recordings.channels import TEMPERATURE
 from sim.effects import EFFECTS
-from sim.effects.iron import HardIron, HardIronDrift
+from sim.effects.currents import MotorCurrent
+from sim.effects.iron import HardIron, HardIronDrift, SoftIron
 from sim.effects.noise import WhiteNoise
 from sim.scenario import ModelSpec
 from tests.diagnosis.synthetic import FIELD_ENU_NT, problem, recording
@@ -59,8 +58,8 @@ RISES, COMES_BACK = flown(15 + 5 * np.sqrt(UP)), flown(15 + 5 * np.sin(7 * UP))
     ],
 )
 def test_a_channel_is_a_rival_where_it_goes_the_same_way_in_all_that_have_the_effect(problems, there, rivals) -> None:
-    one = CommonEffect(DRIFT, (DRIFT, DRIFT), there, None, 0, None)
-    assert with_common_rivals(one, problems).rivals == rivals
+    one = CommonEffect(DRIFT, (DRIFT, DRIFT), there)
+    assert with_common_rivals(one, problems).named.rivals == rivals
 
 
 @pytest.mark.parametrize(("offsets_nT", "names"), [((2.0, 2.6), ["hard_iron"]), ((2.0, -2.0), [])])
@@ -73,48 +72,38 @@ def test_iron_that_differs_to_either_side_is_no_name(offsets_nT, names) -> None:
     assert [one.name for one in common_iron_changes(each, problems)] == names
 
 
-@pytest.mark.parametrize(
-    ("along", "ratio"),
-    [((13.0, 0.0), 1.3), ((7.5, 6.6), 0.75), ((6.5, 7.6), None), ((5.0, 12.0), None), ((-10.0, 0.0), None)],
-)
-def test_a_size_is_held_against_the_others_where_its_course_is_theirs(along, ratio) -> None:
-    first, second = (CoefficientEstimate(np.diag([10.0, 10.0]), np.array(g)) for g in ((10.0, 0.0), along))
-    """More than half of what it explains goes along the others' coefficients."""
-    assert _ratios([None, first, None]) == (None, None, None)
-    assert len(_ratios([first, None, second])) == 3
-    found = _ratios([first, second])[1]
-    assert (None if found is None else round(found[0], 9)) == ratio
+OWN = CoefficientEstimate(np.eye(3), np.array([900.0, 200.0, 400.0]))
+"""A recording's own coefficients: those of the drift."""
 
 
-@pytest.mark.parametrize(
-    ("same", "each", "found"),
-    [
-        (True, ["a", "b"], Transfer.TRANSFERRED),
-        (True, ["a", None], Transfer.SOME),
-        (False, ["a", "b"], Transfer.NOT_TRANSFERRED),
-    ],
-)
-def test_what_some_show_reaches_as_far_as_it_is_the_same(same, each, found) -> None:
-    assert _transfer_of(same, each) is found
-
-
-def test_an_effect_of_a_lot_says_what_each_recording_does_and_which_channels_go_with_it() -> None:
-    """Nats over their inflation; nothing of a recording that has not been asked, or says nothing of it."""
-    own = CoefficientEstimate(np.eye(3), np.array([900.0, 200.0, 400.0]))
-    in_recording = SimpleNamespace(held_out_gain=60.0, inflation=2.0, strength=0.5)
-    pooled = SimpleNamespace(
-        candidate=Candidate(HardIronDrift),
-        in_recordings=(in_recording, in_recording, None, in_recording),
-        estimates=(own, own, own, None),
+def shown(transfer: Transfer | None, *asked: bool, alternatives: tuple[str, ...] = ()) -> PooledEffect:
+    """The drift in the recordings that were asked, with 60 nats over an inflation of two in each."""
+    in_recording: Any = SimpleNamespace(held_out_gain=60.0, inflation=2.0, strength=0.5)
+    here = {i: in_recording for i, there in enumerate(asked) if there}
+    pooled: Any = SimpleNamespace(
+        candidate=Candidate(HardIronDrift), name="hard_iron_drift", here=here, estimates=dict.fromkeys(here, OWN)
     )
-    there = (Presence.PRESENT, Presence.PRESENT, Presence.NOT_RECORDED, Presence.UNDECIDED)
-    finding = SimpleNamespace(
-        pooled=pooled, agreement=agreement([own, own], 0.0), nats=90.0, transfer=Transfer.SOME, presence=there
-    )
-    chosen: Any = SimpleNamespace(finding=finding, alternatives=(), strength=0.5)
-    one = common_fitted_effect(chosen, (RISES, RISES, COMES_BACK, COMES_BACK))
-    assert [None if each is None else each.nats for each in one.each] == [30.0, 30.0, None, None]
-    assert one.named.rivals == (TEMPERATURE,)
+    presence = tuple(Presence.PRESENT if there else Presence.NOT_RECORDED for there in asked)
+    return PooledEffect(pooled, transfer, 90.0, presence, agreement([OWN] * len(here), 0.0), alternatives)
+
+
+def test_an_effect_of_a_lot_says_what_each_recording_does() -> None:
+    """Nats over their inflation; nothing of a recording that has not been asked."""
+    one = common_effect(shown(Transfer.SOME, True, True, False), (RISES, RISES, COMES_BACK), 0.5)
+    assert [None if each is None else each.nats for each in one.each] == [30.0, 30.0, None]
+    assert one.named.effect == DRIFT.effect
+    assert one.ratios == (pytest.approx((1.0, 1e-3), rel=0.1), pytest.approx((1.0, 1e-3), rel=0.1), None)
+
+
+def test_what_one_recording_names_is_a_single_run_s_however_its_coefficients_agree() -> None:
+    one = common_effect(shown(None, False, True), (COMES_BACK, RISES))
+    assert (one.name, one.transfer, one.several) == ("hard_iron_drift", Transfer.SINGLE_RUN, False)
+    assert (one.named.strength, one.named.nats) == (0.0, 90.0)
+    assert one.presence == (Presence.NOT_RECORDED, Presence.PRESENT)
+    assert (one.chi2, one.degrees, one.p) == (pytest.approx(0.0), 0, 1.0)
+    some = common_effect(shown(Transfer.SOME, False, True, alternatives=("scale",)), (COMES_BACK, RISES), 0.5)
+    assert some.several
+    assert (some.named.alternatives, some.named.strength) == (("scale",), 0.5)
 
 
 def _iron(x_nT: float, *, V: float = 1.0, alternatives: tuple[str, ...] = ()) -> Any:
@@ -176,35 +165,54 @@ def test_noise_is_the_same_where_its_sizes_are_alike(stds_nT, transfer) -> None:
     assert all((one.chi2, one.degrees, one.p, one.ratios) == (None, 0, None, ()) for one in found)
 
 
-def test_what_one_recording_names_is_a_single_run_s_however_its_coefficients_agree() -> None:
-    own = CoefficientEstimate(np.eye(3), np.array([900.0, 200.0, 400.0]))
-    in_recording = SimpleNamespace(held_out_gain=60.0, inflation=2.0, strength=0.5)
-    pooled = SimpleNamespace(
-        candidate=Candidate(HardIronDrift), in_recordings=(None, in_recording), estimates=(None, own)
-    )
-    there = (Presence.NOT_RECORDED, Presence.PRESENT)
-    finding: Any = SimpleNamespace(
-        pooled=pooled, agreement=agreement([own], 0.0), nats=90.0, transfer=None, presence=there
-    )
-    one = single_effect(finding, (COMES_BACK, RISES))
-    assert (one.name, one.transfer, one.several) == ("hard_iron_drift", Transfer.SINGLE_RUN, False)
-    assert (one.named.strength, one.named.nats, one.presence) == (0.0, 90.0, there)
-    assert (one.chi2, one.degrees, one.p) == (0.0, 0, 1.0)
-    assert one.named.effect == DRIFT.effect
-    shown = common_fitted_effect(
-        SimpleNamespace(
-            finding=SimpleNamespace(**vars(finding) | {"transfer": Transfer.SOME}),
-            alternatives=("scale",),
-            strength=0.5,
-        ),  # type: ignore[arg-type]
-        (COMES_BACK, RISES),
-    )
-    assert shown.several
-    assert (shown.named.alternatives, shown.named.strength) == (("scale",), 0.5)
-
-
 @pytest.mark.parametrize(("more", "count"), [(-0.5, 0), (0.5, 1)])
 def test_iron_is_told_where_each_foretells_the_other_beyond_a_thousandth(more: float, count: int) -> None:
     """Over all names: ``x^2`` hundred nats of two, each known to a tenth of a nT."""
     x_nT = float(np.sqrt((np.log(len(EFFECTS) / 0.001) + more) / 100))
     assert len(common_iron_changes([[_iron(x_nT)], [_iron(x_nT)]], [RISES, RISES])) == count
+
+
+COVARIANCE = np.array([[0.04, 0.01, 0.0], [0.01, 0.09, 0.0], [0.0, 0.0, 0.16]])
+
+
+def test_the_errors_of_a_linear_effect_are_those_of_its_coefficients() -> None:
+    c = np.array([3.0, -2.0, 4.0])
+    effect, spread = parameters_of(Candidate(MotorCurrent), c, COVARIANCE, problem(n=300))
+    assert isinstance(effect, MotorCurrent)
+    assert effect.gain_nT_A == pytest.approx(tuple(c))
+    assert spread["gain_nT_A"] == pytest.approx([0.2, 0.3, 0.4], rel=1e-6)
+    certain = parameters_of(Candidate(MotorCurrent), c, np.diag([0.04, 0.0, 0.16]), problem(n=300))[1]
+    assert certain["gain_nT_A"] == pytest.approx([0.2, 0.0, 0.4], rel=1e-6)
+
+
+def test_errors_go_with_the_slopes_of_many_parameters() -> None:
+    """Against the spread of parameters of drawn coefficients."""
+    rng = np.random.default_rng(2)
+    candidate, here = Candidate(SoftIron), problem(n=300)
+    k = candidate.columns(here).shape[2]
+    c, root = rng.normal(0.0, 0.05, k), rng.normal(0.0, 0.002, (k, k))
+    _, spread = parameters_of(candidate, c, root @ root.T, here)
+    drawn = [candidate.to_effect(c + root @ rng.normal(size=k)) for _ in range(2000)]
+    for name, std in spread.items():
+        seen = np.std([np.asarray(getattr(one, name)) for one in drawn], axis=0)
+        np.testing.assert_allclose(std, seen, rtol=0.1, atol=1e-9)
+
+
+LISTED = [one for one in EFFECTS if one.name in ("latency", "bandwidth")]
+
+
+@pytest.mark.parametrize("kind", LISTED, ids=lambda kind: kind.name)
+def test_a_listed_value_is_moved_by_the_power_that_its_column_goes_with(kind) -> None:  # type: ignore[no-untyped-def]
+    """A column of twice the listed value, as far as its size is a power of it, has the coefficient of that size."""
+    here = problem(n=600)
+    name = next(p.name for p in kind.parameters() if p.name in dict(Candidate.of(kind(**kind.example)).nonlinear))
+    value = float(kind.example[name])
+    candidate = Candidate(kind, ((name, value),))
+    sizes = [np.linalg.norm(candidate.at({name: by * value}).columns(here)) for by in (1.0, 1.05)]
+    effect, spread = parameters_of(candidate, np.array([sizes[1] / sizes[0]]), np.array([[0.01]]), here)
+    assert getattr(effect, name) == pytest.approx(1.05 * value, rel=5e-3)
+    power = np.log(sizes[1] / sizes[0]) / np.log(1.05)
+    assert float(spread[name]) == pytest.approx(abs(1.05 * value * 0.1 / (sizes[1] / sizes[0] * power)), rel=0.05)
+    vanishing, _ = parameters_of(candidate, np.array([-1.0]), np.array([[0.01]]), here)
+    low, high = next((p.low, p.high) for p in kind.parameters() if p.name == name)
+    assert low <= getattr(vanishing, name) <= high

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cache
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,12 +13,11 @@ from diagnosis.evidence.candidate_test import ColouredBaseline
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import STANDARD
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.several.look_alikes import fit_equally_well, is_explained_by
-from diagnosis.several.pooled_test import CandidateInRecording, PooledCandidate, with_own_effects
-from diagnosis.several.selection import PooledEffect, PooledRecording, _is_contradicted, _is_form_of_accepted
-from diagnosis.several.transfer import Presence
+from diagnosis.several.look_alikes import fit_equally_well, look_alikes
+from diagnosis.several.pooled_test import CandidateInRecording, PooledCandidate
 from diagnosis.several.transfer import assess_transfer as reached
-from sim.effects import BY_NAME
+from sim.effects import EFFECTS
+from sim.effects.base import Effect
 from sim.effects.currents import CurrentRipple, MotorCurrent
 from sim.effects.earth import FieldGradient, RegionalField
 from sim.effects.iron import HardIronDrift
@@ -59,11 +58,11 @@ def test_beside_what_a_recording_alone_has_nothing_is_left_of_what_that_takes_up
     one = CandidateInRecording.of(
         one_of_lot, here, coloured_baseline, coloured_baseline.rows.bin(one_of_lot.columns(here))
     )
-    again = with_own_effects(one, [own.columns(here)])
+    again = one.beside([own.columns(here)])
     assert one.held_out_gain > STANDARD.coloured_nats
     assert (again is one) is stays
     assert stays or again.held_out_gain < STANDARD.apart
-    assert with_own_effects(one, []) is one
+    assert one.beside([]) is one
 
 
 @pytest.mark.parametrize(("size", "names"), [(0.8, [DRIFT.name]), (8.0, [])])
@@ -105,58 +104,6 @@ def test_what_contains_a_name_is_a_look_alike_where_it_fits_better(
     assert fit_equally_well(reached(pooled, STANDARD.apart, STANDARD), settings, problems) == names
 
 
-@pytest.mark.parametrize(
-    ("own", "named", "refused"),
-    [
-        ((99.0, 120.0, -6.0), ((), ("current_ripple",), ()), True),
-        ((99.0, 120.0, -6.0), (("current_ripple",), ("current_ripple",), ()), False),
-        ((99.0, 120.0, 80.0), (("current_ripple",), ("motor_current",), ()), False),
-        ((9.0, 12.0, 8.0), ((), (), ()), False),
-    ],
-)
-def test_what_half_of_the_recordings_refuse_by_themselves_is_no_name(own, named, refused) -> None:
-    pooled: Any = SimpleNamespace(own_nats=own.__getitem__, policy=STANDARD)
-    one: Any = SimpleNamespace(
-        name="current_ripple", alternatives=("motor_current",), finding=SimpleNamespace(pooled=pooled)
-    )
-    recordings: Any = [SimpleNamespace(own_names=set(names)) for names in named]
-    assert _is_contradicted(one, recordings) is refused
-
-
-def test_what_is_much_smaller_than_alone_looked_like_what_is_in() -> None:
-    here = flown("warm", 4.0)
-    alone, coloured_baseline = (
-        ColouredBaseline.of(here, accepted_columns) for accepted_columns in ([], [WARM.columns(here)])
-    )
-    joints = (PooledCandidate.of(DRIFT, [each] * 2, [here] * 2, 1) for each in (coloured_baseline, alone))
-    one, other = (PooledEffect(reached(pooled, 0.0, STANDARD), ()) for pooled in joints)
-    assert one.strength < STANDARD.half * other.strength
-    assert one.without_others([alone] * 2).strength == other.strength
-
-
-@pytest.mark.parametrize(("alone", "is_form"), [(0.35, False), (1.1, True)])
-def test_a_third_of_the_first_is_its_form_only_where_it_looked_like_it(alone: float, is_form: bool) -> None:
-    def chosen(effect: Candidate, strength: float) -> Any:
-        pooled = SimpleNamespace(candidate=effect)
-        found = SimpleNamespace(name=effect.name, strength=strength, finding=SimpleNamespace(pooled=pooled))
-        found.without_others = lambda first: SimpleNamespace(strength=alone)
-        return found
-
-    assert _is_form_of_accepted(chosen(DRIFT, 0.3), [chosen(WARM, 0.92)], [], STANDARD) is is_form
-
-
-def test_what_is_of_one_kin_is_not_held_against_it() -> None:
-    latency, eddy = (Candidate(BY_NAME[name]) for name in ("latency", "eddy_current"))
-    own: Any = SimpleNamespace(name="latency", alternatives=(), evidence=SimpleNamespace(candidate=latency))
-    own.columns = lambda given: np.zeros((1, 1, 1))
-    recording: Any = SimpleNamespace(own_effects=[own], problem=None)
-    in_recording = [
-        PooledRecording.competing_columns(recording, SimpleNamespace(name=one.name, candidate=one))
-        for one in (latency, eddy, DRIFT)
-    ]  # type: ignore[arg-type]
-    assert [len(one) for one in in_recording] == [0, 0, 1]
-
-
 @pytest.mark.parametrize(("rival", "explained"), [(WARM, True), (RIPPLE, False)])
 def test_a_rival_is_explained_that_gains_nothing_beside_the_best(rival: Candidate, explained: bool) -> None:
     """A temperature that rises as a drift does gains alone and not beside it; a tone of its own gains beside it."""
@@ -164,28 +111,50 @@ def test_a_rival_is_explained_that_gains_nothing_beside_the_best(rival: Candidat
     baselines = [ColouredBaseline.of(one, []) for one in problems]
     best = PooledCandidate.of(DRIFT, baselines, problems, 1)
     columns = [baseline.rows.bin(rival.columns(one)) for baseline, one in zip(baselines, problems, strict=True)]
-    assert bool(is_explained_by(columns, best)) is explained
-    assert bool(is_explained_by([columns[0], None], best)) is explained
-    assert is_explained_by([None, None], best)
+    assert best.explains(dict(enumerate(columns))) is explained
+    assert best.explains({0: columns[0]}) is explained
+    assert best.explains({})
 
 
-def test_the_strength_of_a_lot_is_that_of_the_recordings_with_the_effect() -> None:
-    """The root of the mean square; of all that were asked where none has it."""
-
-    def strength(*there: Presence) -> float:
-        in_recordings = (SimpleNamespace(strength=3.0), SimpleNamespace(strength=4.0), None)
-        pooled: Any = SimpleNamespace(in_recordings=in_recordings, tested=in_recordings[:2])
-        finding: Any = SimpleNamespace(pooled=pooled, presence=there)
-        return PooledEffect(finding, ()).strength
-
-    here, absent, unasked = Presence.PRESENT, Presence.ABSENT, Presence.NOT_RECORDED
-    assert strength(here, here, unasked) == pytest.approx(12.5**0.5)
-    assert strength(here, absent, unasked) == pytest.approx(3.0)
-    assert strength(absent, Presence.UNDECIDED, unasked) == pytest.approx(12.5**0.5)
+KIN = [effect for effect in EFFECTS if effect.traits.family][:2]
 
 
-def test_an_effect_has_no_strength_beyond_those_that_show_it() -> None:
-    """A recording that is not asked has none to give."""
-    pooled: Any = SimpleNamespace(in_recordings=(None, SimpleNamespace(strength=2.0)), tested=())
-    finding: Any = SimpleNamespace(pooled=pooled, presence=(Presence.PRESENT, Presence.PRESENT))
-    assert PooledEffect(finding, ()).strength == 2.0
+@dataclass(frozen=True)
+class Told:
+    """A candidate of a lot with its gain, and whether it leaves nothing of a rival."""
+
+    candidate: Candidate
+    gain: float
+    useless: bool = True
+    columns: None = None
+    indistinct_nats: float = 5.0
+
+    @property
+    def name(self) -> str:
+        return self.candidate.name
+
+    def explains(self, columns: None) -> bool:
+        return self.useless
+
+
+@pytest.mark.parametrize(
+    ("best", "other", "gain", "coloured", "useless", "close", "near"),
+    [
+        (RegionalField, MotorCurrent, 996.0, False, True, True, False),
+        (RegionalField, MotorCurrent, 994.0, False, True, False, False),
+        (RegionalField, MotorCurrent, 996.0, False, False, False, False),
+        (RegionalField, MotorCurrent, 890.0, True, True, False, True),
+        (RegionalField, MotorCurrent, 870.0, True, True, False, False),
+        (*KIN, 975.0, False, True, True, False),
+        (*KIN, 960.0, False, True, False, False),
+        (*KIN, 560.0, True, True, True, False),
+    ],
+)
+def test_look_alikes_of_a_lot_are_of_no_use_beside_it(
+    best: type[Effect], other: type[Effect], gain: float, coloured: bool, useless: bool, close: bool, near: bool
+) -> None:
+    """And gain as much by chance, or but for an error of form: more of kin, and beside a colour."""
+    first, second = Told(Candidate(best), 1000.0, useless), Told(Candidate(other), gain)
+    closest, others = look_alikes(first, [first, second], STANDARD, coloured=coloured)  # type: ignore[arg-type,list-item]
+    assert [one.name for one in closest] == [best.name, *([other.name] if close else [])]
+    assert bool(others) is near

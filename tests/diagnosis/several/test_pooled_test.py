@@ -18,8 +18,10 @@ from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose
 from diagnosis.problem.level import Level
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.several.pooled_test import CandidateInRecording, PooledCandidate, estimate
+from diagnosis.several.coefficients import CoefficientEstimate
+from diagnosis.several.pooled_test import CandidateInRecording, PooledCandidate, columns_in
 from scenarios.arrays import Array
+from sim.effects import EFFECTS
 from sim.effects.currents import MotorCurrent
 from sim.effects.iron import HardIron
 from tests.diagnosis.synthetic import FIELD_ENU_NT, STRENGTH_NT, problem, recording, without_attitude
@@ -180,20 +182,47 @@ def test_the_strength_is_the_rms_of_the_course_that_a_refitted_base_leaves() -> 
     assert one.strength == pytest.approx(np.sqrt(np.mean(np.square(left))), rel=0.02)
 
 
-def test_a_candidate_that_no_recording_holds_has_no_width_and_no_inflation() -> None:
+def test_a_candidate_that_no_recording_holds_has_no_width_and_explains_nothing() -> None:
     nowhere = PooledCandidate(MOTOR, (None, None), 0.0)
-    assert (nowhere.width, nowhere.inflation, nowhere.estimates, nowhere.error_degrees) == (0, 1.0, (None, None), 0)
-    assert (nowhere.tested, nowhere.columns) == ([], [None, None])
-    here: Any = SimpleNamespace(columns=np.zeros((9, 3, 2)), inflation=3.0)
-    assert (PooledCandidate(MOTOR, (None, here), 0.0).width, PooledCandidate(MOTOR, (None, here), 0.0).inflation) == (
-        2,
-        3.0,
-    )
-
-
-def test_nothing_is_explained_in_a_recording_without_the_causes() -> None:
-    nowhere = PooledCandidate(MOTOR, (None,), 0.0)
+    assert (nowhere.width, nowhere.estimates, nowhere.error_degrees, nowhere.columns) == (0, {}, 0, {})
     assert (nowhere.nats(0, np.ones(3)), nowhere.own_nats(0)) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("settings", "there"),
+    [({}, True), ({"motor": 1}, True), ({"motor": 9}, False)],
+)
+def test_a_setting_is_asked_where_its_motor_is(settings: dict[str, object], there: bool) -> None:
+    found = columns_in(Candidate(MotorCurrent, tuple(settings.items())), GIVEN)
+    assert (found is not None) is there
+
+
+def test_a_channel_that_a_recording_lacks_or_that_is_off_is_not_asked() -> None:
+    channel = next(effect for effect in EFFECTS if effect.with_role("channel"))
+    assert columns_in(Candidate(channel, ((channel.with_role("channel"), "no such"),)), GIVEN) is None
+    off = {name: 0.0 * values for name, values in GIVEN.state.channels.items()}
+    assert columns_in(MOTOR, replace(GIVEN, state=replace(GIVEN.state, channels=off))) is None
+
+
+def test_surrogates_are_shifted_alike_in_every_recording_and_the_largest_gain_counts() -> None:
+    """Products of one column and its target: the other's coefficient g / N explains ``c g - c^2 N / 2``."""
+
+    def shifted(*scores: float) -> Any:
+        return SimpleNamespace(surrogates=[np.array([[1.0, g], [g, 9.0]]) for g in scores], inflation=2.0)
+
+    pooled = PooledCandidate(MOTOR, (shifted(1.0, 3.0, -4.0), None, shifted(1.0, 2.0, 4.0)), 0.0)
+    # over two: (3, 2) explain 2 * 3 - 2 + 3 * 2 - 4.5 = 5.5 of unit information
+    assert pooled.surrogate_gain() == pytest.approx(5.5 / 2)
+
+
+@pytest.mark.parametrize(("without", "held", "gain"), [(2.0, 3.0, 6.0), (7.0, 3.0, 5.0)])
+def test_a_candidate_of_a_lot_gains_by_common_or_by_own_coefficients_less_its_price(
+    without: float, held: float, gain: float
+) -> None:
+    """Two of one column with coefficient 3 and unit information each: the other's explains 4.5 nats."""
+    alike = CoefficientEstimate(np.eye(1), np.array([3.0]))
+    one: Any = SimpleNamespace(estimate=alike, null_gain=without / 2, held_out_gain=held)
+    assert PooledCandidate(MOTOR, (one, one), 1.0).gain == gain
 
 
 @pytest.mark.parametrize(("size", "columns"), [(0.0, SLOW), (10.0, RAMP)])
@@ -220,7 +249,7 @@ def test_an_estimate_sums_the_parts_of_the_recording() -> None:
     np.testing.assert_array_equal(one.estimate.N, whole[:3, :3])
     np.testing.assert_array_equal(one.estimate.g, whole[:3, 3])
     assert one.estimate.c == pytest.approx(2 * TO, abs=0.5)
-    half = estimate(whole, 2.0)
+    half = CoefficientEstimate.of(whole, 2.0)
     np.testing.assert_array_equal(
         (half.N, half.g[None].repeat(3, 0)), (whole[:3, :3] / 2, whole[:3, 3][None].repeat(3, 0) / 2)
     )

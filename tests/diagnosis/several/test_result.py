@@ -9,14 +9,13 @@ import numpy as np
 import pytest
 
 from diagnosis.result import GapSize, Transfer
-from diagnosis.several.scope import SENSORS
-from diagnosis.several.verdict_rules import joint_gap
+from diagnosis.several.result import SENSORS, joint_gap
 from tests.diagnosis.several.told import ABSENT, GAP, HERE, OPEN, common, own, pooled
 
 GAP_JSON = {
     "before": {"rms_nT": 20.0, "rms_sigma": 10.0},
-    "after": {"rms_nT": 4.0, "rms_sigma": 2.0},
-    "explained": 0.9,
+    "after": {"rms_nT": 6.0, "rms_sigma": 3.0},
+    "explained": 91 / 99,
 }
 
 
@@ -27,7 +26,9 @@ def test_the_json_has_the_verdict_the_effects_and_each_recording() -> None:
     told = pooled(some, single=(single,), where=where, unexplained=("left",), advice=("do",), sentence="so.").as_dict()
     assert (told["verdict"], told["sentence"], told["mode"]) == ("named", "so.", "vector")
     assert told["where"] == [{"channel": "mag_x_nT", "frame": "body", "score": 0.1235}]
-    assert (told["gap"], told["left"], told["advice"]) == (GAP_JSON, ["left"], ["do"])
+    assert (told["left"], told["advice"]) == (["left"], ["do"])
+    assert told["gap"]["before"] == pytest.approx(GAP_JSON["before"])
+    assert told["gap"]["explained"] == pytest.approx(GAP_JSON["explained"])
     assert "worst" not in told
     (effect,), (alone,) = told["effects"], told["not_borne_out"]
     assert (effect["name"], effect["evidence"], alone["evidence"]) == ("motor_current", "some", "single-run")
@@ -78,10 +79,12 @@ def test_an_effect_is_shown_by_several_unless_it_is_of_a_single_run() -> None:
 
 
 def test_the_gap_of_all_is_their_rms_and_what_is_explained_at_most_all() -> None:
-    other = GapSize(10.0, 5.0, 2.0, 1.0, 0.8)
+    """Of the recordings with a gap alone."""
+    other, none = GapSize(10.0, 5.0, 2.0, 1.0, 0.8), GapSize(2.0, 1.0, 6.0, 3.0, None)
     whole = joint_gap([GAP, other])
     assert whole.before_nT == pytest.approx(np.sqrt((20.0**2 + 10.0**2) / 2))
-    assert whole.after_sigma == pytest.approx(np.sqrt((2.0**2 + 1.0**2) / 2))
-    assert whole.explained == pytest.approx((10.0**2 - 2.0**2 + 5.0**2 - 1.0**2) / (10.0**2 + 5.0**2 - 2))
-    beyond = replace(GAP, after_sigma=0.5)
-    assert joint_gap([beyond]).explained == 1.0
+    assert whole.after_sigma == pytest.approx(np.sqrt((3.0**2 + 1.0**2) / 2))
+    assert whole.explained == pytest.approx((10.0**2 - 3.0**2 + 5.0**2 - 1.0**2) / (10.0**2 + 5.0**2 - 2))
+    assert joint_gap([replace(GAP, after_sigma=0.5)]).explained == 1.0
+    assert joint_gap([GAP, none]).explained == pytest.approx(GAP.explained)
+    assert joint_gap([none]).explained is None

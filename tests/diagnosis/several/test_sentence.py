@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import pytest
 
 from diagnosis.result import EvidenceKind, Transfer
-from diagnosis.several.scope import SENSORS
+from diagnosis.several.result import SENSORS
 from diagnosis.several.sentence import (
     array_advice,
     describe_transfer,
@@ -42,12 +42,12 @@ def test_the_sentence_names_effect_reach_and_share() -> None:
     found = pooled_sentence(pooled(common(ALL)))
     assert found == (
         "Missing in the model: motor_current: gain_nT_A (3, 0, 0) nT/A, 2 sigma, the same in all 3 recordings; in each "
-        "recording the others' coefficients explain 90 % of the gap; the residual is clean."
+        "recording the others' coefficients explain 92 % of the gap; the residual is clean."
     )
     both = pooled_sentence(pooled(common(DIFFERS), common(ALL)))
     assert both.count("motor_current") == 2
     assert "the others' coefficients" in both
-    assert "in each recording its own coefficients explain 90 %" in pooled_sentence(pooled(common(DIFFERS)))
+    assert "in each recording its own coefficients explain 92 %" in pooled_sentence(pooled(common(DIFFERS)))
 
 
 @pytest.mark.parametrize(
@@ -55,8 +55,8 @@ def test_the_sentence_names_effect_reach_and_share() -> None:
 )
 def test_a_share_is_told_where_a_fitted_effect_explains_a_gap(gap, kind) -> None:  # type: ignore[no-untyped-def]
     effect = replace(common(ALL), named=motor(kind=kind))
-    assert "explain" not in pooled_sentence(pooled(effect, gap=gap))
-    none_of_it = pooled_sentence(pooled(common(ALL), gap=replace(GAP, explained=0.0)))
+    assert "explain" not in pooled_sentence(pooled(effect, gaps=(gap,) * 3))
+    none_of_it = pooled_sentence(pooled(common(ALL), gaps=(replace(GAP, after_sigma=10.0, explained=0.0),) * 3))
     assert "explain 0 % of the gap" in none_of_it
 
 
@@ -109,16 +109,16 @@ def test_what_one_recording_alone_names_is_contradicted_or_open() -> None:
 
 def test_the_headline_is_the_worst_sensor_s_with_the_verdicts_of_all() -> None:
     each = (own(), own(Verdict.UNKNOWN), own(Verdict.NAMED))
-    found = headline_sentence(pooled(common(ALL), each=each, scope=SENSORS, first=1, verdict=Verdict.UNKNOWN))
+    found = headline_sentence(pooled(common(ALL), each=each, scope=SENSORS, verdict=Verdict.UNKNOWN), 1)
     assert found == (
         "second, of 3 sensors (1 none, 1 unknown, 1 named): it is unknown. motor_current is the same in all 3 sensors."
     )
-    alike = headline_sentence(pooled(scope=SENSORS, first=0, verdict=Verdict.NONE))
+    alike = headline_sentence(pooled(scope=SENSORS, verdict=Verdict.NONE), 0)
     assert alike == "All 3 sensors: it is none."
-    named = pooled(each=(own(Verdict.NAMED),) * 3, scope=SENSORS, first=2, verdict=Verdict.NAMED)
-    assert headline_sentence(named) == "third, of 3 sensors (3 named): it is named."
-    mixed = pooled(each=(own(), own(), own(Verdict.NAMED)), scope=SENSORS, first=0, verdict=Verdict.NONE)
-    assert headline_sentence(mixed).startswith("first, of 3 sensors (2 none, 1 named): ")
+    named = pooled(each=(own(Verdict.NAMED),) * 3, scope=SENSORS, verdict=Verdict.NAMED)
+    assert headline_sentence(named, 2) == "third, of 3 sensors (3 named): it is named."
+    mixed = pooled(each=(own(), own(), own(Verdict.NAMED)), scope=SENSORS, verdict=Verdict.NONE)
+    assert headline_sentence(mixed, 0).startswith("first, of 3 sensors (2 none, 1 named): ")
 
 
 def test_what_sensors_share_is_far_and_what_differs_is_near() -> None:

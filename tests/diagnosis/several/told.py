@@ -16,7 +16,7 @@ from diagnosis.verdict import Verdict
 from sim.effects.currents import MotorCurrent
 from sim.effects.iron import HardIron
 
-GAP = GapSize(20.0, 10.0, 4.0, 2.0, 0.9)
+GAP = GapSize(20.0, 10.0, 6.0, 3.0, 91 / 99)
 NAMES = ("first", "second", "third")
 HERE, ABSENT, OPEN = Presence.PRESENT, Presence.ABSENT, Presence.UNDECIDED
 
@@ -59,14 +59,11 @@ def pooled(*effects: CommonEffect, each: Sequence[Any] = (), **said: Any) -> Poo
         "names": NAMES,
         "each": diagnoses,
         "verdict": Verdict.NAMED,
-        "sentence": "",
         "common": effects,
         "single": (),
-        "gap": GAP,
         "gaps": (GAP,) * 3,
         "where": (),
         "unexplained": (),
-        "advice": (),
         "model": None,
         "before_nT": (),
         "after_nT": (),
