@@ -13,7 +13,7 @@ from diagnosis.several.pooled_test import PooledCandidate, baselines_with
 from diagnosis.several.result import SENSORS, PooledDiagnosis, worst
 from diagnosis.several.sentence import with_sentences
 from diagnosis.several.transfer import compare_sensors
-from diagnosis.several.workflow import ExaminationTask, examine_each, mean_shares
+from diagnosis.several.workflow import examine_each, mean_shares
 from diagnosis.workflow import Examination, diagnosis_of
 from sim.scenario import Model
 
@@ -34,8 +34,8 @@ def diagnose_sensors(
     share the slow errors of the run. Every named effect is fitted to all sensors: a common coefficient shows a distant
     or shared source, differing coefficients a source nearby.
     """
-    tasks = [ExaminationTask(*sensor, without) for sensor in zip(names, problems, models, strict=True)]
-    examinations = examine_each(tasks, say)
+    sensors = [(*sensor, without) for sensor in zip(names, problems, models, strict=True)]
+    examinations = examine_each(sensors, say)
     each = tuple(diagnosis_of(examination) for examination in examinations)
     say("comparison of the sensors")
     compared, first = _compared_effects(examinations, each), worst(each)
@@ -70,7 +70,7 @@ def _compared_effects(examinations: Sequence[Examination], each: Sequence[Diagno
         strongest, *others = sorted(accepted, key=lambda own: -own.evidence.nats)
         beside = [own.evidence.candidate for other in by_name if other != name for own in by_name[other]]
         settings = list(dict.fromkeys(own.evidence.candidate for own in (strongest, *others)))
-        pooled = PooledCandidate.best(settings, baselines_with(list(dict.fromkeys(beside)), problems), problems)
+        pooled = PooledCandidate.of(settings, baselines_with(list(dict.fromkeys(beside)), problems), problems)
         effect = replace(compare_sensors(pooled, problems[0].policy), alternatives=strongest.alternatives)
         compared.append(common_effect(effect, problems, strongest.evidence.strength))
     return compared

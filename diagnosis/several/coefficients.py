@@ -39,7 +39,7 @@ class CoefficientEstimate:
     @cached_property
     def error(self) -> tuple[Array, Array]:
         """A root R (k, k) of the information, and the covariance (k, k) of ``R c``."""
-        return self.wider or (_root(self.N, _coefficient_scale(self.N)), np.eye(len(self.g)))
+        return self.wider or (_root(self.N, _size(self.N)), np.eye(len(self.g)))
 
     @property
     def covariance(self) -> Array:
@@ -91,8 +91,9 @@ def agreement(estimates: Sequence[CoefficientEstimate], form: float, known: int 
     Q, plain = (sum(_squared_distance(estimate, c, error) for estimate in estimates) for error in (F, 0 * F))
     spread = np.mean([estimate.error[1] for estimate in estimates], axis=0)
     wide = replace(common, wider=(common.error[0], spread))
-    scatter = max(1.0, plain / max(degrees, 1))
-    return Agreement(c, scatter * wide.covariance, Q, degrees, _tail_probability(Q, degrees, known))
+    scatter, per_degree = max(1.0, plain / max(degrees, 1)), Q / max(degrees, 1)
+    tail = chi2.sf(Q, degrees) if known is None else f.sf(per_degree, degrees, known)
+    return Agreement(c, scatter * wide.covariance, Q, degrees, float(tail) if degrees else 1.0)
 
 
 def _squared_distance(estimate: CoefficientEstimate, c: Array, F: Array) -> float:
@@ -113,7 +114,7 @@ def with_scatter(
     follows the motion, and escapes any noise model.
     """
     whole = [pool_estimates(parts) for parts in parts_of_each]
-    size = _coefficient_scale(pool_estimates(whole).N)
+    size = _size(pool_estimates(whole).N)
     roots = [_root(whole_estimate.N, size) for whole_estimate in whole]
     u = [
         R @ inverse(whole_estimate.N) @ (part.g - part.N @ whole_estimate.c)
@@ -160,15 +161,13 @@ def size_ratios(estimates: Mapping[int, CoefficientEstimate]) -> dict[int, tuple
 
 def inverse(N: Array) -> Array:
     """Pseudo-inverse of an information matrix (k, k), independent of the units of the coefficients."""
-    size = _coefficient_scale(N)
-    return np.asarray(np.linalg.pinv(N / np.outer(size, size), rcond=OPEN, hermitian=True) / np.outer(size, size))
+    units = np.outer(size := _size(N), size)
+    return np.asarray(np.linalg.pinv(N / units, rcond=OPEN, hermitian=True) / units)
 
 
 def rank(N: Array) -> int:
     """Number of coefficient combinations determined by an information matrix (k, k)."""
-    size = _coefficient_scale(N)
-    values = np.linalg.eigvalsh(N / np.outer(size, size))
-    return int(np.count_nonzero(values > OPEN * values.max()))
+    return int(np.linalg.matrix_rank(N / np.outer(size := _size(N), size), hermitian=True, rtol=OPEN))
 
 
 def _root(N: Array, size: Array) -> Array:
@@ -177,13 +176,7 @@ def _root(N: Array, size: Array) -> Array:
     return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)) @ vectors.T * size)
 
 
-def _tail_probability(Q: float, degrees: int, known: int | None) -> float:
-    if degrees == 0:
-        return 1.0
-    return float(chi2.sf(Q, degrees) if known is None else f.sf(Q / degrees, degrees, known))
-
-
-def _coefficient_scale(N: Array) -> Array:
+def _size(N: Array) -> Array:
     """Root of the diagonal (k,), one for a coefficient without information."""
     diagonal = np.diag(N)
     return np.asarray(np.sqrt(np.where(diagonal > 0, diagonal, 1.0)))

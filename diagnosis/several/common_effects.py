@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -176,15 +176,7 @@ def _common_value_effect(effects: Mapping[int, NamedEffect], n: int, policy: Pol
     return CommonEffect(named, tuple(effects.get(i) for i in range(n)), _presences(effects, n))
 
 
-class HasName(Protocol):
-    """Anything with the name of an effect."""
-
-    @property
-    def name(self) -> str:
-        """Name of the effect."""
-
-
-Named = TypeVar("Named", bound=HasName)
+Named = TypeVar("Named", AcceptedEffect, NamedEffect)
 
 
 def _by_name(of_each: Sequence[Sequence[Named]]) -> dict[str, dict[int, Named]]:

@@ -44,7 +44,7 @@ def confirmed(
         if not one.transferable or found.problem.mode != problems[1].mode:
             return one
         others = [Candidate.of(effect) for effect in effects if effect is not one.effect]
-        pooled = PooledCandidate.best([Candidate.of(one.effect)], baselines_with(others, problems), problems)
+        pooled = PooledCandidate.of([Candidate.of(one.effect)], baselines_with(others, problems), problems)
         holds = predicts(pooled, found.problem.policy)
         return replace(one, transfer=Transfer.TRANSFERRED) if holds else one
 

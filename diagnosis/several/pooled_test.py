@@ -124,9 +124,26 @@ class PooledCandidate:
 
     @classmethod
     def of(
+        cls, settings: Sequence[Candidate], baselines: Sequence[ColouredBaseline], problems: Sequence[LinearProblem]
+    ) -> PooledCandidate:
+        """Test a candidate next to accepted effects, at the first setting or the likeliest in what it leaves."""
+        tried = max(setting.tried for setting in settings) * len(settings)
+        first = cls._at(settings[0], baselines, problems, tried)
+        if len(settings) == 1:
+            return first
+        found = [(baseline, first.here.get(i)) for i, baseline in enumerate(baselines)]
+        left = [one if here is None else replace(one, hypothesis=here.hypothesis) for one, here in found]
+        likely = cross_predicted(settings, left, problems)
+        best = max(settings, key=lambda setting: likely[setting])
+        if best == settings[0]:
+            return first
+        return max(first, cls._at(best, baselines, problems, tried), key=lambda pooled: pooled.gain)
+
+    @classmethod
+    def _at(
         cls, candidate: Candidate, baselines: Sequence[ColouredBaseline], problems: Sequence[LinearProblem], tried: int
     ) -> PooledCandidate:
-        """Test the candidate, found among `tried` settings, next to accepted effects."""
+        """Test the candidate, found among `tried` settings."""
         in_recordings = tuple(
             None
             if (columns := columns_in(candidate, problem)) is None
@@ -135,28 +152,6 @@ class PooledCandidate:
         )
         pooled = cls(candidate, in_recordings, 0.0)
         return replace(pooled, price=search_price(tried, max(pooled.width, 1), problems[0].policy))
-
-    @classmethod
-    def best(
-        cls,
-        settings: Sequence[Candidate],
-        baselines: Sequence[ColouredBaseline],
-        problems: Sequence[LinearProblem],
-    ) -> PooledCandidate:
-        """The candidate at its first setting, or at that of largest gain with the noise models left by the first."""
-        tried = max(setting.tried for setting in settings) * len(settings)
-        first = cls.of(settings[0], baselines, problems, tried)
-        if len(settings) == 1 or not first.here:
-            return first
-        noise_models = [
-            (baseline if in_recording is None else in_recording).hypothesis.noise_model
-            for in_recording, baseline in zip(first.in_recordings, baselines, strict=True)
-        ]
-        likely = cross_predicted(settings, problems, baselines, noise_models)
-        best = max(settings, key=lambda setting: likely[setting])
-        if best == settings[0]:
-            return first
-        return max(first, cls.of(best, baselines, problems, tried), key=lambda pooled: pooled.gain)
 
     @property
     def name(self) -> str:
@@ -257,15 +252,12 @@ def estimates_beside(
 
 
 def cross_predicted(
-    candidates: Sequence[Candidate],
-    problems: Sequence[LinearProblem],
-    baselines: Sequence[ColouredBaseline],
-    noise_models: Sequence[NoiseModel],
+    candidates: Sequence[Candidate], baselines: Sequence[ColouredBaseline], problems: Sequence[LinearProblem]
 ) -> dict[Candidate, float]:
-    """Nats explained in each recording by the other recordings' coefficients, summed, for given noise models."""
+    """Nats explained in each recording by the other recordings' coefficients, summed, in the baselines' noise."""
     found = [
-        estimates_beside(candidates, *of_recording)
-        for of_recording in zip(problems, baselines, noise_models, strict=True)
+        estimates_beside(candidates, problem, baseline, baseline.hypothesis.noise_model)
+        for problem, baseline in zip(problems, baselines, strict=True)
     ]
     several = {candidate: [one[candidate] for one in found if candidate in one] for candidate in candidates}
     return {one: cross_predicted_gain(estimates) if estimates else -np.inf for one, estimates in several.items()}

@@ -185,15 +185,14 @@ def _screened(
     recordings: Sequence[PooledRecording], settings: Settings, accepted: Sequence[PooledEffect]
 ) -> list[PooledCandidate]:
     """Test the candidates of largest gain with the baselines' noise models, and all effects named by a recording."""
-    baselines, problems = _posed(recordings)
-    noise_models = [baseline.hypothesis.noise_model for baseline in baselines]
+    posed = _posed(recordings)
     flat = [setting for listed in settings.values() for setting in listed]
-    likely = cross_predicted(flat, problems, baselines, noise_models)
+    likely = cross_predicted(flat, *posed)
     best = {name: sorted(listed, key=lambda setting: -likely[setting]) for name, listed in settings.items()}
-    order = sorted(best, key=lambda name: -likely[best[name][0]])[: problems[0].policy.tried_coloured]
+    order = sorted(best, key=lambda name: -likely[best[name][0]])[: recordings[0].problem.policy.tried_coloured]
     own_names = {effect.name for recording in recordings for effect in recording.own_effects}
     names = dict.fromkeys([*order, *(own_names - {effect.name for effect in accepted})])
-    return [PooledCandidate.best(best[name], baselines, problems) for name in names]
+    return [PooledCandidate.of(best[name], *posed) for name in names]
 
 
 def _posed(recordings: Sequence[PooledRecording]) -> tuple[list[ColouredBaseline], list[LinearProblem]]:
@@ -277,7 +276,7 @@ def _named_by_one(
     own = (effect for recording in recordings for effect in recording.own_effects)
     alone = {effect.name: effect.evidence.candidate for effect in own if effect.name not in known}
     joints = [
-        PooledCandidate.best(sorted(settings[name], key=lambda one, first=candidate: one != first), *_posed(recordings))  # type: ignore[misc]
+        PooledCandidate.of(sorted(settings[name], key=lambda one, first=candidate: one != first), *_posed(recordings))  # type: ignore[misc]
         for name, candidate in alone.items()
     ]
     return [replace(_assessed(pooled, recordings, coloured=True), transfer=None) for pooled in joints]

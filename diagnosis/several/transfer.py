@@ -63,9 +63,9 @@ class PooledEffect:
 def assess_transfer(pooled: PooledCandidate, needed: float, policy: Policy, named: Sequence[int] = ()) -> PooledEffect:
     """Assess the transfer of an effect; needed : nats of predicted coefficients for acceptance.
 
-    An effect whose size differs between recordings is accepted where the predicted size still explains more than
-    nothing, or where two recordings name the effect by themselves, as a tone of random phase. named : the recordings
-    whose own diagnosis names the effect.
+    An effect whose size differs between recordings is accepted where two of them show the effect by themselves, and the
+    predicted size still explains more than nothing, or both name the effect, as a tone of random phase. named : the
+    recordings whose own diagnosis names the effect.
     """
     presence = _presences(pooled, policy)
     gains, agree = _common_nats(pooled, pooled.here, policy)
@@ -79,23 +79,13 @@ def assess_transfer(pooled: PooledCandidate, needed: float, policy: Policy, name
     gains_present, agree = _common_nats(pooled, present, policy)
     part = sum(gains_present) - pooled.price
     effect = replace(effect, nats=max(total, part), agreement=agree)
-    if _is_supported(pooled, gains_present if part > total else gains, agree, needed):
-        same = Presence.ABSENT in presence and part > needed and agree.p > policy.not_transferred_alarm
-        differs = Transfer.NOT_TRANSFERRED if _two_support(pooled, present, needed) else None
-        return replace(effect, transfer=Transfer.SOME if same else differs)
-    alone = [nats for i in present if i in named and (nats := pooled.own_nats(i)) > needed]
-    return replace(effect, transfer=Transfer.NOT_TRANSFERRED, nats=sum(alone)) if len(alone) > 1 else effect
-
-
-def _two_support(pooled: PooledCandidate, present: Sequence[int], needed: float) -> bool:
-    """Whether two recordings support an effect of differing size: by themselves, or in the predicted direction.
-
-    In the second case the predicted coefficients times a positive factor explain each recording: an opposite sign is no
-    support, nor is a wander in the predicted direction by chance.
-    """
-    predicted = predicted_by_others({i: pooled.estimates[i] for i in present})
-    gains = (max(pooled.estimates[i].scaled_gain(c), pooled.own_nats(i)) for i, c in predicted.items())
-    return sum(gain > needed for gain in gains) > 1
+    supported = _is_supported(pooled, gains_present if part > total else gains, agree, needed)
+    if supported and Presence.ABSENT in presence and part > needed and agree.p > policy.not_transferred_alarm:
+        return replace(effect, transfer=Transfer.SOME)
+    alone = [nats for i in present if (supported or i in named) and (nats := pooled.own_nats(i)) > needed]
+    if len(alone) < 2:
+        return effect
+    return replace(effect, transfer=Transfer.NOT_TRANSFERRED, nats=effect.nats if supported else sum(alone))
 
 
 def compare_sensors(pooled: PooledCandidate, policy: Policy) -> PooledEffect:

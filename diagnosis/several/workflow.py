@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -51,7 +50,7 @@ def diagnose_together(
         raise InputError("a single recording cannot be compared", where="recordings", do="give two or more")
     for (name, problem), (other_name, other_problem) in itertools.combinations(zip(names, problems, strict=True), 2):
         check_apart(problem.recording, other_problem.recording, f"{name}, {other_name}")
-    tasks = [ExaminationTask(name, problem, model, without) for name, problem in zip(names, problems, strict=True)]
+    tasks = [(name, problem, model, without) for name, problem in zip(names, problems, strict=True)]
     recordings = [PooledRecording.of(examination) for examination in examine_each(tasks, say, cluster)]
     effects, single = select_pooled(recordings, say)
     say("the simulator with the new models")
@@ -76,34 +75,25 @@ def diagnose_together(
     return with_sentences(diagnosis)
 
 
-@dataclass(frozen=True, eq=False)
-class ExaminationTask:
-    """A recording to be examined by itself, in the form sent to a worker."""
-
-    name: str
-    problem: LinearProblem
-    model: Model
-    without: frozenset[str]
+Task = tuple[str, LinearProblem, Model, frozenset[str]]
+"""A recording to be examined by itself: name, problem, model, and the effects left out."""
 
 
 @one_thread()
-def examine_alone(task: ExaminationTask) -> Examination:
+def examine_alone(task: Task) -> Examination:
     """Examine the recording of a task, in a worker."""
-    return examine(task.problem, task.model, task.without)
+    return examine(*task[1:])
 
 
-def examine_each(tasks: Sequence[ExaminationTask], say: Progress, cluster: Tasks | None = None) -> list[Examination]:
+def examine_each(tasks: Sequence[Task], say: Progress, cluster: Tasks | None = None) -> list[Examination]:
     """Return the examinations in the order of the tasks, whatever the order in which a cluster computes them."""
     if cluster is None:
-        return [
-            examine(task.problem, task.model, task.without, lambda step, name=task.name: say(f"{name}: {step}"))  # type: ignore[misc]
-            for task in tasks
-        ]
+        return [examine(*task, lambda step, name=name: say(f"{name}: {step}")) for name, *task in tasks]  # type: ignore[misc, arg-type]
     found = {}
-    for task, examination in cluster.map(examine_alone, tasks):
-        say(f"{task.name}: examined")
-        found[task.name] = examination
-    return [found[task.name] for task in tasks]
+    for (name, *_), examination in cluster.map(examine_alone, tasks):
+        say(f"{name}: examined")
+        found[name] = examination
+    return [found[name] for name, *_ in tasks]
 
 
 def check_apart(first: Recording, second: Recording, where: str) -> None:
@@ -120,28 +110,19 @@ def _answers_better_alone(pooled: PooledVerdict, each: Sequence[Diagnosis]) -> i
     Nothing is common to all, and every recording alone has its answer or all together none; or only noise and steps of
     the values are common, and a recording has an effect or iron of its own.
     """
+    answered = all(one.verdict.explained for one in each)
+    silent = pooled.verdict is Verdict.NONE or (pooled.verdict is Verdict.UNKNOWN and answered)
+    of_values = pooled.verdict.explained and all(effect.named.kind in OF_VALUES for effect in pooled.common)
     own_gap = any(one.verdict is not Verdict.NONE for one in each)
     own_cause = any(cause.kind not in OF_VALUES for one in each for cause in one.named)
-    better = (_is_silent(pooled, each) and own_gap) or (_names_values_only(pooled) and own_cause)
-    return worst(each) if better else None
-
-
-def _is_silent(pooled: PooledVerdict, each: Sequence[Diagnosis]) -> bool:
-    answered = all(one.verdict.explained for one in each)
-    return pooled.verdict is Verdict.NONE or (pooled.verdict is Verdict.UNKNOWN and answered)
-
-
-def _names_values_only(pooled: PooledVerdict) -> bool:
-    return pooled.verdict.explained and all(effect.named.kind in OF_VALUES for effect in pooled.common)
+    return worst(each) if (silent and own_gap) or (of_values and own_cause) else None
 
 
 def mean_shares(shares_of_each: Sequence[Sequence[ChannelShare]], policy: Policy) -> tuple[ChannelShare, ...]:
-    """Channels by mean share over the recordings."""
-    shares: dict[str, list[ChannelShare]] = {}
-    for share in itertools.chain.from_iterable(shares_of_each):
-        shares.setdefault(share.channel, []).append(share)
-    mean = [
-        ChannelShare(name, of_channel[0].frame, sum(share.share for share in of_channel) / len(shares_of_each))
-        for name, of_channel in shares.items()
-    ]
-    return tuple(sorted(mean, key=lambda share: -share.share))[: policy.most_channels]
+    """Channels by mean share over the recordings; a recording in which a channel has no share counts as none."""
+    frames, total = dict[str, str](), dict[str, float]()
+    for name, frame, share in itertools.chain.from_iterable(shares_of_each):
+        frames.setdefault(name, frame)
+        total[name] = total.get(name, 0.0) + share / len(shares_of_each)
+    largest = sorted(total, key=lambda name: -total[name])[: policy.most_channels]
+    return tuple(ChannelShare(name, frames[name], total[name]) for name in largest)

@@ -69,7 +69,7 @@ def test_beside_what_a_recording_alone_has_nothing_is_left_of_what_that_takes_up
 def test_a_name_lists_what_fits_as_well_whatever_its_search_cost(size: float, names: list[str]) -> None:
     """At a tenth of the noise a drift that was searched for is as good; at its size it is not."""
     problems = [flown("warm", size, seed) for seed in (1, 2)]
-    pooled = PooledCandidate.of(WARM, [ColouredBaseline.of(one, []) for one in problems], problems, 1)
+    pooled = PooledCandidate.of([WARM], [ColouredBaseline.of(one, []) for one in problems], problems)
     found = reached(pooled, STANDARD.apart, STANDARD)
     settings = {WARM.name: [WARM], DRIFT.name: [DRIFT.at({}, tried=10**6)], MOTOR.name: [MOTOR]}
     assert found.transfer is not None
@@ -99,7 +99,7 @@ def test_what_contains_a_name_is_a_look_alike_where_it_fits_better(
 ) -> None:
     """Most of a gradient of a place passed at a distance is a constant, but not all: from afar it fits as well."""
     problems = [problem(recording(1200, seed=seed, hidden={hidden: FIELDS[hidden]})) for seed in (1, 2)]
-    pooled = PooledCandidate.of(REGIONAL, [ColouredBaseline.of(one, []) for one in problems], problems, 1)
+    pooled = PooledCandidate.of([REGIONAL], [ColouredBaseline.of(one, []) for one in problems], problems)
     settings = {GRADIENT.name: [GRADIENT.at({"origin_enu_m": origin_m})]}
     assert fit_equally_well(reached(pooled, STANDARD.apart, STANDARD), settings, problems) == names
 
@@ -109,7 +109,7 @@ def test_a_rival_is_explained_that_gains_nothing_beside_the_best(rival: Candidat
     """A temperature that rises as a drift does gains alone and not beside it; a tone of its own gains beside it."""
     problems = [flown("both", 40.0, seed) for seed in (1, 2)]
     baselines = [ColouredBaseline.of(one, []) for one in problems]
-    best = PooledCandidate.of(DRIFT, baselines, problems, 1)
+    best = PooledCandidate.of([DRIFT], baselines, problems)
     columns = [baseline.rows.bin(rival.columns(one)) for baseline, one in zip(baselines, problems, strict=True)]
     assert best.explains(dict(enumerate(columns))) is explained
     assert best.explains({0: columns[0]}) is explained

@@ -19,7 +19,7 @@ from diagnosis.problem.formulation import pose
 from diagnosis.problem.level import Level
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.several.coefficients import CoefficientEstimate
-from diagnosis.several.pooled_test import CandidateInRecording, PooledCandidate, columns_in
+from diagnosis.several.pooled_test import CandidateInRecording, PooledCandidate, columns_in, cross_predicted
 from scenarios.arrays import Array
 from sim.effects import EFFECTS
 from sim.effects.currents import MotorCurrent
@@ -118,12 +118,25 @@ def test_what_is_left_of_the_same_course_inflates() -> None:
 
 
 def test_a_joint_pays_for_its_search_and_is_as_good_within_what_is_left() -> None:
-    posed = replace(GIVEN, target=GIVEN.target + MOTOR.columns(GIVEN) @ TO)
-    assert PooledCandidate.of(MOTOR, [ColouredBaseline.of(posed, [])], [posed], 1000).price == search_price(
-        1000, 3, STANDARD
-    )
+    """The search compared all settings of the recordings, each of which had been searched for."""
+    found = PooledCandidate.of([replace(MOTOR, tried=200), MOTOR.at({"motor": 1})], [_with(0.0 * TO)], [GIVEN])
+    assert found.price == search_price(400, 3, STANDARD) > search_price(200, 3, STANDARD)
     in_recording: Any = tuple(SimpleNamespace(inflation=by, problem=GIVEN) for by in (2.0, 4.0))
     assert PooledCandidate(MOTOR, in_recording, 0.0).indistinct_nats == pytest.approx(3 * STANDARD.apart)
+
+
+def test_the_likeliest_setting_is_the_one_that_is_there_and_the_least_likely_one_that_no_recording_holds() -> None:
+    """All motors together rather than one of them."""
+    hidden = {"motor_current": {"gain_nT_A": [3.0, -2.0, 4.0]}}
+    problems = [problem(recording(1200, seed=seed, hidden=hidden)) for seed in (1, 2)]
+    one, gone = MOTOR.at({"motor": 1}), MOTOR.at({"motor": 9})
+    baselines = [ColouredBaseline.of(each, []) for each in problems]
+    likely = cross_predicted([one, gone, MOTOR], baselines, problems)
+    assert likely[gone] == -np.inf
+    assert likely[MOTOR] > likely[one] > 0.0
+    found = PooledCandidate.of([one, gone, MOTOR], baselines, problems)
+    assert found.candidate == MOTOR
+    assert found.gain > PooledCandidate.of([one], baselines, problems).gain
 
 
 def test_coefficients_are_known_no_better_than_what_is_left_allows() -> None:

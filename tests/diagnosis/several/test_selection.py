@@ -1,70 +1,186 @@
-"""The setting of a candidate that several recordings choose together, and what the search for the setting costs."""
+"""What several recordings accept together, by what each has by itself."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from functools import cache
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
+from diagnosis.decision.white_choice import AcceptedEffect
+from diagnosis.evidence.baseline import Baseline
+from diagnosis.evidence.candidate_result import CandidateResult
 from diagnosis.evidence.candidate_test import ColouredBaseline
-from diagnosis.evidence.held_out import search_price
+from diagnosis.evidence.held_out import judge_settings
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import STANDARD
-from diagnosis.several.pooled_test import PooledCandidate, cross_predicted
+from diagnosis.problem.linear import LinearProblem
+from diagnosis.result import Transfer
+from diagnosis.several.pooled_test import PooledCandidate
+from diagnosis.several.selection import (
+    PooledRecording,
+    _along_the_field,
+    _common_alternatives,
+    _is_form_of_accepted,
+    select_pooled,
+)
+from diagnosis.several.transfer import PooledEffect, Presence, assess_transfer
+from recordings import Recording
+from scenarios.arrays import Array
+from sim.effects import BY_NAME
 from sim.effects.currents import CurrentRipple, MotorCurrent
+from sim.effects.earth import FieldGradient
+from sim.effects.iron import HardIronDrift
+from sim.effects.offsets import OffsetJump
+from sim.effects.temperature import TemperatureOffset
 from tests.diagnosis.synthetic import problem, recording
 
-GIVEN = [
-    problem(recording(1200, seed=seed, hidden={"motor_current": {"gain_nT_A": [3.0, -2.0, 4.0]}})) for seed in (1, 2)
-]
-BASELINES = [ColouredBaseline.of(one, []) for one in GIVEN]
-MOTOR = Candidate(MotorCurrent)
-ONE, OTHER = MOTOR.at({"motor": 1}), MOTOR.at({"motor": 2})
-"""The field of one motor alone: in part that of all."""
-GONE = MOTOR.at({"motor": 9})
+N = 1200
+MOTOR, WARM = Candidate(MotorCurrent), Candidate.of(TemperatureOffset(slope_nT_K=(1.0, 0.5, 0.2)))
+DRIFT = Candidate.of(HardIronDrift(rate_nT_h=(100.0, 50.0, 20.0)))
+JUMP = Candidate.of(OffsetJump(time_s=40.0, step_nT=(5.0, 0.0, 0.0)))
+RIPPLE = Candidate.of(CurrentRipple(frequency_hz=1.3))
+GRADIENT = Candidate.of(FieldGradient())
+GAIN = np.array([3.0, -2.0, 4.0])
 
 
-def test_the_setting_of_the_largest_joint_gain_is_tested_whichever_is_given() -> None:
-    """All motors together, as hidden, rather than one of them."""
-    for given in (MOTOR, ONE):
-        rest = [one for one in (ONE, MOTOR, OTHER) if one != given]
-        found = PooledCandidate.best([given, *rest], BASELINES, GIVEN)
-        assert found.candidate == MOTOR
-    alone = PooledCandidate.best([ONE], BASELINES, GIVEN)
-    assert alone.candidate == ONE
-    assert alone.gain < found.gain
+@cache
+def flown(share: float, seed: int) -> LinearProblem:
+    """A recording with a share of the motor's field."""
+    return problem(recording(N, seed=seed, hidden={"motor_current": {"gain_nT_A": (share * GAIN).tolist()}}))
 
 
-def test_a_search_costs_by_all_that_were_tried_at_every_setting() -> None:
-    searched = [replace(one, tried=200) for one in (MOTOR, ONE)]
-    found = PooledCandidate.best(searched, BASELINES, GIVEN)
-    assert found.price == search_price(400, 3, STANDARD) > search_price(200, 3, STANDARD)
+def wandering(given: Recording, seed: int, wander_nT: float) -> Recording:
+    """The recording with a walk of the sensor, by so much from sample to sample."""
+    walk = np.cumsum(np.random.default_rng(seed).normal(size=(N, 3)), axis=0)
+    return replace(given, mag_nT=given.mag_nT + wander_nT * (walk - walk.mean(axis=0)))
 
 
-def test_what_no_recording_holds_is_the_least_likely() -> None:
-    noise_models = [one.hypothesis.noise_model for one in BASELINES]
-    likely = cross_predicted([MOTOR, GONE, ONE], GIVEN, BASELINES, noise_models)
-    assert likely[GONE] == -np.inf
-    assert likely[MOTOR] > likely[ONE] > 0.0
-    nowhere = PooledCandidate.best([GONE, GONE], BASELINES, GIVEN)
-    assert (nowhere.here, nowhere.width) == ({}, 0)
+def member(
+    posed: LinearProblem,
+    accepted: Sequence[Candidate] = (),
+    listed: Sequence[Candidate] = (MOTOR,),
+    alternatives: tuple[str, ...] = (),
+) -> PooledRecording:
+    """A recording whose own diagnosis accepted some candidates, each with look-alikes, and tried others."""
+    start = Baseline.of(posed)
+    found = {one: judge_settings(start, [one]) for one in (*listed, *accepted)}
+    own = [AcceptedEffect(evidence, alternatives) for one in accepted if (evidence := found[one])]
+    results = [CandidateResult(evidence, evidence.nats, 0.0, "") for one in listed if (evidence := found[one])]
+    conclusion: Any = SimpleNamespace(accepted=own, selection=SimpleNamespace(start=start, results=results))
+    examination: Any = SimpleNamespace(conclusion=conclusion, problem=posed)
+    return PooledRecording.of(examination)
 
 
-def test_one_recording_without_the_cause_leaves_the_choice_to_the_others() -> None:
-    off = {name: 0.0 * values for name, values in GIVEN[1].state.channels.items()}
-    still = replace(GIVEN[1], state=replace(GIVEN[1].state, channels=off))
-    problems = [GIVEN[0], still, GIVEN[1]]
-    baselines = [BASELINES[0], ColouredBaseline.of(still, []), BASELINES[1]]
-    found = PooledCandidate.best([ONE, MOTOR], baselines, problems)
-    assert found.candidate == MOTOR
-    assert [one is None for one in found.in_recordings] == [False, True, False]
+def selected(*members: PooledRecording) -> list[tuple[str, Transfer | None]]:
+    return [(effect.name, effect.transfer) for effect in select_pooled(members, lambda step: None)[0]]
 
 
-@pytest.mark.parametrize("kind", [MotorCurrent, CurrentRipple])
-def test_a_pool_has_the_width_and_the_policy_of_its_recordings(kind: type[MotorCurrent] | type[CurrentRipple]) -> None:
-    candidate = MOTOR if kind is MotorCurrent else Candidate.of(CurrentRipple(frequency_hz=1.3))
-    found = PooledCandidate.best([candidate], BASELINES, GIVEN)
-    assert found.width == candidate.columns(GIVEN[0]).shape[2]
-    assert found.policy is GIVEN[0].policy
-    assert found.scale_error == 0.0
+@pytest.mark.parametrize(
+    ("shares", "names"),
+    [
+        ((1.0, 1.0), [("motor_current", Transfer.TRANSFERRED)]),
+        ((0.07, 0.07), [("motor_current", Transfer.TRANSFERRED)]),
+        ((1.0, 1.5), [("motor_current", Transfer.NOT_TRANSFERRED)]),
+        ((1.0, 0.0), []),
+        ((0.0, 0.0), []),
+    ],
+)
+def test_an_effect_is_accepted_where_two_recordings_show_it(
+    shares: tuple[float, ...], names: list[tuple[str, Transfer]]
+) -> None:
+    """Weak in each as well; the field of all motors, whichever setting a recording listed first."""
+    listed = (MOTOR.at({"motor": 1}), MOTOR)
+    own = ([MOTOR] if share > 0.5 else [] for share in shares)
+    assert selected(*(member(flown(share, i), next(own), listed) for i, share in enumerate(shares))) == names
+
+
+@pytest.mark.parametrize(
+    ("share", "own", "alternatives", "stands"),
+    [
+        (1.0, (MOTOR, MOTOR, None), (), True),
+        (1.0, (MOTOR, WARM, WARM), (), False),
+        (1.0, (MOTOR, WARM, WARM), ("motor_current",), True),
+        (0.06, (None, None, None), (), True),
+    ],
+)
+def test_what_half_of_the_recordings_able_to_show_it_do_not_name_is_no_name(
+    share: float, own: tuple[Candidate | None, ...], alternatives: tuple[str, ...], stands: bool
+) -> None:
+    """Their look-alikes are names too; recordings that show hardly anything alone have no say."""
+    members = [
+        member(flown(share, i), [] if one is None else [one], alternatives=alternatives) for i, one in enumerate(own)
+    ]
+    assert bool(selected(*members)) is stands
+
+
+@pytest.mark.parametrize(("wander_nT", "stands"), [(0.0, True), (0.5, False)])
+def test_beside_a_wander_an_effect_explains_enough_of_the_gap(wander_nT: float, stands: bool) -> None:
+    """A tone is certain in either case; the sensor walks by nine times as much."""
+    tone = {"current_ripple": {"amplitude_nT_A": [0.5, -0.4, 0.5], "frequency_hz": 1.3}}
+    posed = [problem(wandering(recording(N, seed=seed, hidden=tone), seed, wander_nT)) for seed in (1, 2)]
+    accepted, alone = select_pooled([member(one, [RIPPLE], [RIPPLE]) for one in posed], lambda step: None)
+    assert [effect.name for effect in accepted] == (["current_ripple"] if stands else [])
+    assert stands or alone[0].nats > STANDARD.coloured_nats
+
+
+def test_what_one_recording_names_is_told_with_what_the_others_say_and_its_events_stay_with_it() -> None:
+    members = [member(flown(1.0, 1), [MOTOR, JUMP]), member(flown(0.0, 2), [])]
+    accepted, (alone,) = select_pooled(members, lambda step: None)
+    assert accepted == []
+    assert (alone.name, alone.transfer, alone.presence) == (
+        "motor_current",
+        None,
+        (Presence.PRESENT, Presence.ABSENT),
+    )
+    assert [len(one.baseline.accepted_columns) for one in members] == [1, 0]
+
+
+def effect_in(posed: LinearProblem, candidate: Candidate, *accepted: Candidate) -> PooledEffect:
+    """An effect in two recordings of one course, beside accepted ones."""
+    baseline = ColouredBaseline.of(posed, [one.columns(posed) for one in accepted])
+    return assess_transfer(PooledCandidate.of([candidate], [baseline] * 2, [posed] * 2), 0.0, STANDARD)
+
+
+def test_what_is_much_smaller_than_alone_looked_like_what_is_in() -> None:
+    """A drift beside the temperature that rose, and effects of one family, are forms; a motor's field is none."""
+    slope = {TemperatureOffset.name: {"slope_nT_K": [4.0, 2.0, 0.8]}}
+    here, both = (
+        problem(recording(N, hidden=hidden))
+        for hidden in (slope, {**slope, MotorCurrent.name: {"gain_nT_A": GAIN.tolist()}})
+    )
+
+    def is_form(posed: LinearProblem, one: PooledEffect, *accepted: PooledEffect) -> bool:
+        return _is_form_of_accepted(one, accepted, [ColouredBaseline.of(posed, [])] * 2, STANDARD)
+
+    warm = effect_in(here, WARM)
+    assert is_form(here, effect_in(here, DRIFT, WARM), warm)
+    assert not is_form(here, effect_in(here, DRIFT))
+    assert not is_form(both, effect_in(both, MOTOR, WARM), effect_in(both, WARM))
+    latency, eddy = (Candidate.of(BY_NAME[name](**BY_NAME[name].example)) for name in ("latency", "eddy_current"))
+    assert is_form(here, effect_in(here, eddy), effect_in(here, latency))
+
+
+@pytest.mark.parametrize(("across", "holds"), [(False, True), (True, False)])
+def test_a_source_shows_along_the_field(across: bool, holds: bool) -> None:
+    """What acts across the earth's field alone is an error of the attitude."""
+    posed = flown(0.0, 3)
+    added: Array = GRADIENT.columns(posed) @ np.array([0.2, 0.1, -0.1, 0.1, 0.2])
+    if across:
+        unit = posed.field_projection * posed.sigma_nT
+        unit = unit / np.linalg.norm(unit, axis=1)[:, None]
+        added = added - np.einsum("ni,ni->n", added, unit)[:, None] * unit
+    before = member(replace(posed, target=posed.target + added))
+    pairs = [(before, before.with_candidate(GRADIENT))]
+    assert _along_the_field(effect_in(before.problem, GRADIENT), pairs) is holds
+
+
+def test_look_alikes_of_what_differs_are_those_that_every_recording_with_the_name_lists() -> None:
+    lists = (("a", "b", "c"), ("c", "a"))
+    members = [member(flown(1.0, i), [MOTOR], alternatives=names) for i, names in enumerate(lists)]
+    assert _common_alternatives("motor_current", [*members, member(flown(0.0, 2))]) == ("a", "c")
+    assert _common_alternatives("scale", members) == ()
