@@ -88,7 +88,10 @@ def examine_alone(task: Task) -> Examination:
 def examine_each(tasks: Sequence[Task], say: Progress, cluster: Tasks | None = None) -> list[Examination]:
     """Return the examinations in the order of the tasks, whatever the order in which a cluster computes them."""
     if cluster is None:
-        return [examine(*task, lambda step, name=name: say(f"{name}: {step}")) for name, *task in tasks]  # type: ignore[misc, arg-type]
+        return [
+            examine(problem, model, without, lambda step, name=name: say(f"{name}: {step}"))  # type: ignore[misc]
+            for name, problem, model, without in tasks
+        ]
     found = {}
     for (name, *_), examination in cluster.map(examine_alone, tasks):
         say(f"{name}: examined")
