@@ -84,15 +84,15 @@ class CandidateInRecording:
     def _log_likelihood_at(self, c: Array) -> float:
         """Log-likelihood of the rows less the effect at coefficients (k,), with its likelier noise model."""
         rows, starts = self.baseline.rows, (self.hypothesis.noise_model, self.baseline.hypothesis.noise_model)
-        remaining = replace(rows, target=rows.target - self.columns @ c)
-        return Hypothesis.of(remaining, self.baseline.accepted_columns, starts).log_likelihood
+        without = replace(rows, target=rows.target - self.columns @ c)
+        return Hypothesis.of(without, self.baseline.accepted_columns, starts).log_likelihood
 
     @property
     def strength(self) -> float:
         """Rms of the effect at its own coefficients after the base is refitted, in units of the noise."""
         rows, q = self.baseline.rows, self.columns.shape[1]
-        (products,) = information_matrices(rows, self.columns[:, :, :0], [self.columns], white_noise_model(q))
-        squares = self.estimate.c @ products[:-1, :-1] @ self.estimate.c
+        (N,) = information_matrices(rows, self.columns[:, :, :0], [self.columns], white_noise_model(q))
+        squares = self.estimate.c @ N[:-1, :-1] @ self.estimate.c
         return float(np.sqrt(squares / (rows.count.sum() * q)))
 
     def beside(self, own: Sequence[Array]) -> CandidateInRecording:
@@ -247,8 +247,10 @@ def estimates_beside(
         for candidate in candidates
         if (columns := columns_in(candidate, problem)) is not None
     }
-    products = information_matrices(baseline.rows, baseline.accepted_columns, list(rows.values()), noise_model)
-    return dict(zip(rows, map(CoefficientEstimate.of, products), strict=True))
+    if not rows:
+        return {}
+    N = information_matrices(baseline.rows, baseline.accepted_columns, list(rows.values()), noise_model)
+    return dict(zip(rows, map(CoefficientEstimate.of, N), strict=True))
 
 
 def cross_predicted(
