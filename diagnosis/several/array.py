@@ -38,39 +38,45 @@ def diagnose_sensors(
     examinations = examine_each(sensors, say)
     each = tuple(diagnosis_of(examination) for examination in examinations)
     say("comparison of the sensors")
-    compared, first = _compared_effects(examinations, each), worst(each)
-    left = ((name, why) for name, diagnosis in zip(names, each, strict=True) for why in diagnosis.unexplained)
-    diagnosis = PooledDiagnosis(
-        names=tuple(names),
+    compared = _compared_effects(examinations, each)
+    return with_sentences(_diagnosis(tuple(names), each, compared))
+
+
+def _diagnosis(
+    names: tuple[str, ...], each: tuple[Diagnosis, ...], compared: Sequence[CommonEffect]
+) -> PooledDiagnosis:
+    """The diagnoses of the sensors with compared effects, without sentences."""
+    first = worst(each)
+    return PooledDiagnosis(
+        names=names,
         each=each,
         verdict=each[first].verdict,
         common=tuple(effect for effect in compared if effect.several),
         single=tuple(effect for effect in compared if not effect.several),
-        gaps=tuple(diagnosis.gap for diagnosis in each),
-        where=mean_shares([diagnosis.where for diagnosis in each], each[0].problem.policy),
-        unexplained=tuple(f"{name}: {why}" for name, why in left),
+        gaps=tuple(own.gap for own in each),
+        where=mean_shares([own.where for own in each], each[0].problem.policy),
+        unexplained=tuple(f"{name}: {why}" for name, own in zip(names, each, strict=True) for why in own.unexplained),
         model=each[first].model,
-        before_nT=tuple(diagnosis.before_nT for diagnosis in each),
-        after_nT=tuple(diagnosis.after_nT for diagnosis in each),
+        before_nT=tuple(own.before_nT for own in each),
+        after_nT=tuple(own.after_nT for own in each),
         scope=SENSORS,
         first=first,
     )
-    return with_sentences(diagnosis)
 
 
 def _compared_effects(examinations: Sequence[Examination], each: Sequence[Diagnosis]) -> list[CommonEffect]:
-    """Every named effect fitted to all sensors, next to all other effects, at the setting of one of the sensors."""
+    """Every named effect fitted to all sensors, next to all other effects."""
     named = {cause.name for diagnosis in each for cause in diagnosis.named if cause.kind is EvidenceKind.HELD_OUT}
-    by_name: dict[str, list[AcceptedEffect]] = {}
-    for own in (own for examination in examinations for own in examination.conclusion.accepted):
-        if own.name in named:
-            by_name.setdefault(own.name, []).append(own)
-    problems, compared = [examination.problem for examination in examinations], []
-    for name, accepted in by_name.items():
-        strongest, *others = sorted(accepted, key=lambda own: -own.evidence.nats)
-        beside = [own.evidence.candidate for other in by_name if other != name for own in by_name[other]]
-        settings = list(dict.fromkeys(own.evidence.candidate for own in (strongest, *others)))
-        pooled = PooledCandidate.of(settings, baselines_with(list(dict.fromkeys(beside)), problems), problems)
-        effect = replace(compare_sensors(pooled, problems[0].policy), alternatives=strongest.alternatives)
-        compared.append(common_effect(effect, problems, strongest.evidence.strength))
-    return compared
+    accepted = [own for examination in examinations for own in examination.conclusion.accepted if own.name in named]
+    problems = [examination.problem for examination in examinations]
+    return [_compared_effect(name, accepted, problems) for name in dict.fromkeys(own.name for own in accepted)]
+
+
+def _compared_effect(name: str, accepted: Sequence[AcceptedEffect], problems: Sequence[LinearProblem]) -> CommonEffect:
+    """An effect at the setting of one of the sensors, the strongest first, with that sensor's look-alikes."""
+    strongest, *others = sorted((own for own in accepted if own.name == name), key=lambda own: -own.evidence.nats)
+    beside = dict.fromkeys(own.evidence.candidate for own in accepted if own.name != name)
+    settings = dict.fromkeys(own.evidence.candidate for own in (strongest, *others))
+    pooled = PooledCandidate.of(list(settings), baselines_with(list(beside), problems), problems)
+    effect = replace(compare_sensors(pooled, problems[0].policy), alternatives=strongest.alternatives)
+    return common_effect(effect, problems, strongest.evidence.strength)

@@ -69,20 +69,28 @@ def assess_transfer(pooled: PooledCandidate, needed: float, policy: Policy, name
     """
     presence = _presences(pooled, policy)
     gains, agree = _common_nats(pooled, pooled.here, policy)
-    total = sum(gains) - pooled.price
-    effect = PooledEffect(pooled, None, total, presence, agree)
+    effect = PooledEffect(pooled, None, sum(gains) - pooled.price, presence, agree)
     if _is_supported(pooled, gains, agree, needed) and agree.p > policy.not_transferred_alarm:
         return replace(effect, transfer=Transfer.TRANSFERRED)
-    present = effect.present
-    if len(present) < 2:
-        return effect
-    gains_present, agree = _common_nats(pooled, present, policy)
-    part = sum(gains_present) - pooled.price
-    effect = replace(effect, nats=max(total, part), agreement=agree)
-    supported = _is_supported(pooled, gains_present if part > total else gains, agree, needed)
-    if supported and Presence.ABSENT in presence and part > needed and agree.p > policy.not_transferred_alarm:
+    return effect if len(effect.present) < 2 else _differing(effect, gains, needed, policy, named)
+
+
+def _differing(
+    effect: PooledEffect, gains: Sequence[float], needed: float, policy: Policy, named: Sequence[int]
+) -> PooledEffect:
+    """The transfer between the recordings that show an effect, whose coefficients do not explain all recordings.
+
+    gains : nats in each recording of the coefficients of all others.
+    """
+    pooled = effect.pooled
+    gains_present, agree = _common_nats(pooled, effect.present, policy)
+    best, part = max(gains, gains_present, key=sum), sum(gains_present) - pooled.price
+    effect = replace(effect, nats=sum(best) - pooled.price, agreement=agree)
+    supported, agrees = _is_supported(pooled, best, agree, needed), agree.p > policy.not_transferred_alarm
+    if supported and agrees and part > needed and Presence.ABSENT in effect.presence:
         return replace(effect, transfer=Transfer.SOME)
-    alone = [nats for i in present if (supported or i in named) and (nats := pooled.own_nats(i)) > needed]
+    nats = [pooled.own_nats(i) for i in effect.present if supported or i in named]
+    alone = [own for own in nats if own > needed]
     if len(alone) < 2:
         return effect
     return replace(effect, transfer=Transfer.NOT_TRANSFERRED, nats=effect.nats if supported else sum(alone))

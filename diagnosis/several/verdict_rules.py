@@ -53,12 +53,11 @@ class PooledVerdict:
         before = tuple(recording.start.residual() for recording in recordings)
         after = [_residual(recording, i, effects) for i, recording in enumerate(recordings)]
         cases = tuple(map(_case, recordings, [named] * len(recordings), conclusions, before, after))
-        clean = all(conclusion.clean if common else conclusion.after.clean for conclusion in conclusions)
         rise = next((case.rise for case in cases if case.rise), None)
-        verdict = verdict_of(
-            replace(cases[0], clean=clean, gap=joint_gap([case.gap for case in cases]), where=(), rise=rise)
-        )
-        doubts = tuple((*doubts_of(case, verdict), *_small_share_doubt(case)) for case in cases)
+        gap = joint_gap([case.gap for case in cases])
+        joint = replace(cases[0], clean=_is_clean(common, conclusions), gap=gap, where=(), rise=rise)
+        verdict = verdict_of(joint)
+        doubts = tuple(doubts_of(case, verdict) for case in cases)
         pooled = cls(verdict, common, conclusions, cases, doubts, before)
         return pooled.without_names() if pooled.is_doubted else pooled
 
@@ -129,14 +128,6 @@ def _case(
     return VerdictInput(problem, named, conclusion.clean, gap, where, after, rise)
 
 
-def _small_share_doubt(case: VerdictInput) -> tuple[str, ...]:
-    """Doubt where a coloured residual remains and the effects explain less than the least share."""
-    explained = case.gap.explained
-    if case.clean or explained is None or explained >= case.problem.policy.fair_share or not case.held_out_effects:
-        return ()
-    return (f"coefficients of the other recordings explain {100 * explained:.0f} % of its gap",)
-
-
 def _common_effects(
     recordings: Sequence[PooledRecording], effects: Sequence[PooledEffect], conclusions: Sequence[Conclusion]
 ) -> tuple[CommonEffect, ...]:
@@ -152,6 +143,11 @@ def _common_effects(
     ]
     of_values = common_value_effects(values, problems[0].policy)
     return (*fitted, *iron, *(effect for effect in of_values if _is_sensor_noise(effect)))
+
+
+def _is_clean(common: Sequence[CommonEffect], conclusions: Sequence[Conclusion]) -> bool:
+    """Whether every recording is clean; without common effects, slow noise does not count as clean."""
+    return all(conclusion.clean if common else conclusion.after.clean for conclusion in conclusions)
 
 
 def _is_sensor_noise(effect: CommonEffect) -> bool:

@@ -13,7 +13,7 @@ from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.repair.new_model import patch_model
 from diagnosis.result import OF_VALUES, Diagnosis
-from diagnosis.several.common_effects import common_effect
+from diagnosis.several.common_effects import CommonEffect, common_effect
 from diagnosis.several.result import PooledDiagnosis, worst
 from diagnosis.several.selection import PooledRecording, select_pooled
 from diagnosis.several.sentence import with_sentences
@@ -52,27 +52,37 @@ def diagnose_together(
         check_apart(problem.recording, other_problem.recording, f"{name}, {other_name}")
     tasks = [(name, problem, model, without) for name, problem in zip(names, problems, strict=True)]
     recordings = [PooledRecording.of(examination) for examination in examine_each(tasks, say, cluster)]
-    effects, single = select_pooled(recordings, say)
+    effects, alone = select_pooled(recordings, say)
     say("the simulator with the new models")
-    pooled = PooledVerdict.of(recordings, effects)
+    single = tuple(common_effect(effect, [recording.problem for recording in recordings]) for effect in alone)
     each = tuple(diagnosis_of(recording.examination) for recording in recordings)
-    first = _answers_better_alone(pooled, each)
-    cases, before = pooled.cases, pooled.before
-    diagnosis = PooledDiagnosis(
-        names=tuple(names),
+    return with_sentences(_diagnosis(tuple(names), model, each, PooledVerdict.of(recordings, effects), single))
+
+
+def _diagnosis(
+    names: tuple[str, ...],
+    model: Model,
+    each: tuple[Diagnosis, ...],
+    pooled: PooledVerdict,
+    single: tuple[CommonEffect, ...],
+) -> PooledDiagnosis:
+    """The diagnosis of the pool, without sentences."""
+    first, cases = _answers_better_alone(pooled, each), pooled.cases
+    sigma_nT = [case.problem.sigma_nT for case in cases]
+    return PooledDiagnosis(
+        names=names,
         each=each,
         verdict=pooled.verdict if first is None else each[first].verdict,
         common=pooled.common,
-        single=tuple(common_effect(effect, problems) for effect in single),
+        single=single,
         gaps=tuple(case.gap for case in cases),
-        where=mean_shares([case.where for case in cases], problems[0].policy),
+        where=mean_shares([case.where for case in cases], cases[0].problem.policy),
         unexplained=pooled.unexplained(names),
         model=patch_model(model, [effect.named for effect in pooled.common], cases[0].problem),
-        before_nT=tuple(left * case.problem.sigma_nT for left, case in zip(before, cases, strict=True)),
-        after_nT=tuple(case.residual * case.problem.sigma_nT for case in cases),
+        before_nT=tuple(map(np.multiply, pooled.before, sigma_nT)),
+        after_nT=tuple(map(np.multiply, (case.residual for case in cases), sigma_nT)),
         first=first,
     )
-    return with_sentences(diagnosis)
 
 
 Task = tuple[str, LinearProblem, Model, frozenset[str]]
@@ -113,12 +123,19 @@ def _answers_better_alone(pooled: PooledVerdict, each: Sequence[Diagnosis]) -> i
     Nothing is common to all, and every recording alone has its answer or all together none; or only noise and steps of
     the values are common, and a recording has an effect or iron of its own.
     """
-    answered = all(one.verdict.explained for one in each)
-    silent = pooled.verdict is Verdict.NONE or (pooled.verdict is Verdict.UNKNOWN and answered)
-    of_values = pooled.verdict.explained and all(effect.named.kind in OF_VALUES for effect in pooled.common)
     own_gap = any(one.verdict is not Verdict.NONE for one in each)
     own_cause = any(cause.kind not in OF_VALUES for one in each for cause in one.named)
-    return worst(each) if (silent and own_gap) or (of_values and own_cause) else None
+    better = (own_gap and _is_silent(pooled, each)) or (own_cause and _names_values_only(pooled))
+    return worst(each) if better else None
+
+
+def _is_silent(pooled: PooledVerdict, each: Sequence[Diagnosis]) -> bool:
+    answered = all(one.verdict.explained for one in each)
+    return pooled.verdict is Verdict.NONE or (pooled.verdict is Verdict.UNKNOWN and answered)
+
+
+def _names_values_only(pooled: PooledVerdict) -> bool:
+    return pooled.verdict.explained and all(effect.named.kind in OF_VALUES for effect in pooled.common)
 
 
 def mean_shares(shares_of_each: Sequence[Sequence[ChannelShare]], policy: Policy) -> tuple[ChannelShare, ...]:
