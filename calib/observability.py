@@ -127,8 +127,8 @@ def covariance_status(fit: Calibration, strength_nT: float) -> Status | None:
     if loose:
         return Status(
             "unobservable",
-            f"standard deviation above {MAX_STD_FRACTION:g} of the field of {', '.join(loose)}: "
-            "turn about more axes, at varying rate, through larger angles",
+            f"the soft iron is uncertain by more than {100 * MAX_STD_FRACTION:g} % along some direction, standard "
+            f"deviation {', '.join(loose)}: turn about more axes, at varying rate, through larger angles",
         )
     return None
 

@@ -235,8 +235,8 @@ def _looked_at(table: TrialTable, first: Ranking) -> str:
     runs = _shown_runs(table, first)
     if not runs:
         return "No trial gave an estimate that could be shown."
-    which = listed([f"the {name} is run {run} ({RECORDINGS}/{name}.rrd)" for name, run in runs.items()])
-    return f"Of {first.best.calibrator}'s trials at the first point {which}: open them with magbench show."
+    which = listed([f"the {name} is run {run} (`{RECORDINGS}/{name}.rrd`)" for name, run in runs.items()])
+    return f"Of {first.best.calibrator}'s trials at the first point {which}: open them with `magbench show`."
 
 
 def _record(kept: KeptRecordings, comparison: Comparison, progress: Callable[[int], object]) -> None:

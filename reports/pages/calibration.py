@@ -14,7 +14,7 @@ from reports.pages.template import render_page
 from reports.plots.calibration import draw_strength_before_after
 from reports.plots.field import draw_clouds
 from reports.plots.inspection import draw_directions
-from reports.presentation.calibration import CAUSE_HEADS, CHANNEL_HEADS, PHASE_HEADS, PresentedCalibrations, of_sensor
+from reports.presentation.calibration import CHANNEL_HEADS, PHASE_HEADS, PresentedCalibrations, of_sensor
 
 
 def calibration_page(
@@ -27,7 +27,7 @@ def calibration_page(
     """Return the page as self-contained HTML; written : what was written where, a line each."""
     best = None if found.best is None else results[found.best]
     sections = [] if best is None else list(_sections(best, of_sensor(recording, found.best or ""), reference))
-    heads = {"phase_heads": PHASE_HEADS, "channel_heads": CHANNEL_HEADS, "cause_heads": CAUSE_HEADS}
+    heads = {"phase_heads": PHASE_HEADS, "channel_heads": CHANNEL_HEADS}
     return render_page(
         "calibration.html",
         {"found": found, "date": recording.origin.date, "sections": sections, "written": written, **heads},

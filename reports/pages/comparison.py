@@ -18,7 +18,7 @@ from validation.comparison.ranking import RankedCalibrator, Ranking, uncorrected
 from validation.comparison.score_statistics import CLAIMED_INSIDE, CLAIMED_SQUARE, ScoreStatistic, score_statistics
 from validation.comparison.statistics import Interval
 from validation.comparison.trial_table import TrialTable
-from validation.text import counted, digits, figure, plainly
+from validation.text import counted, digits, figure, plainly, symbol
 
 PERCENT = 100.0
 
@@ -67,8 +67,8 @@ def comparison_page(comparison: Comparison, seed: int | None = None) -> str:
         {
             "title": comparison.title,
             "seed": seed,
-            "sentence": comparison.sentence,
-            "tiles": _tiles(comparison),
+            "answer": _answer(comparison),
+            "figures": _tiles(comparison),
             "summary": _summary(comparison),
             "score": score,
             "reference": comparison.reference,
@@ -77,20 +77,27 @@ def comparison_page(comparison: Comparison, seed: int | None = None) -> str:
             "points": [_point(comparison, point, known) for point in range(len(comparison.answers))],
             "over": list(_over(comparison)),
             "swept": comparison.table.swept,
-            "figures": [_figure_row(comparison.table, one) for one in known.values()],
+            "rows": [_figure_row(comparison.table, one) for one in known.values()],
             "scores": list({one.score.name: one.score for one in known.values()}.values()),
             "looked_at": comparison.looked_at,
         },
     )
 
 
+def _answer(comparison: Comparison) -> str:
+    """Return the overall answer; of several points without each point's own, which stands above its table."""
+    text = comparison.sentence if len(comparison.answers) == 1 else comparison.sentence.partition(": at ")[0]
+    return text.rstrip(".")
+
+
 def _tiles(comparison: Comparison) -> list[tuple[str, str, str]]:
     first = comparison.answers[0]
+    at = f", {point_title(comparison.table.points[0])}" if len(comparison.answers) > 1 else ""
     return [
-        (first.best.calibrator, "", "first by the median"),
-        (figure(first.best.median.value), first.score.unit, first.score.short),
+        (first.best.calibrator, "", f"first by the median{at}"),
+        (figure(first.best.median.value), symbol(first.score.unit), first.score.short),
         (f"{first.best.failures} of {first.trials}", "", "its trials that failed"),
-        (figure(first.uncorrected.value), first.score.unit, "without correction"),
+        (figure(first.uncorrected.value), symbol(first.score.unit), "without correction"),
     ]
 
 
@@ -148,7 +155,12 @@ def _row(
         SortableCell.of(square.found.value if square else None),
         SortableCell.of(1e3 * float(np.nanmedian(table.time_s("cpu_s", name, point))) if table.times else None),
     ]
-    return {"name": name, "cells": cells, "reason": one.reason}
+    return {"name": name, "cells": cells, "reason": _reason(one)}
+
+
+def _reason(one: RankedCalibrator) -> str:
+    """Return how often a calibrator failed, and why most often; empty for none."""
+    return f"failed in {counted(one.failures, 'trial')}, most often: {one.reason}" if one.reason else ""
 
 
 def _raw_row(answer: Ranking) -> dict[str, Any]:
@@ -177,9 +189,17 @@ def _over(comparison: Comparison) -> Iterator[DrawnSection]:
         others = [other for other in comparison.table.swept if other != key]
         fixed = f"; {', '.join(others)} as at the first point" if others else ""
         caption = f"Medians with their intervals{fixed}."
-        yield DrawnSection.of(name, caption, partial(draw_over, comparison.table, comparison.answers[0].score, key))
+        yield DrawnSection.of(
+            name[:1].upper() + name[1:], caption, partial(draw_over, comparison.table, comparison.answers[0].score, key)
+        )
 
 
 def _figure_row(table: TrialTable, one: ScoreStatistic) -> dict[str, Any]:
     at = list(table.points[one.point].values())
-    return {"at": at, "name": one.calibrator, "score": one.score, "cells": _ends(one.found)}
+    return {
+        "at": at,
+        "name": one.calibrator,
+        "score": one.score,
+        "unit": symbol(one.score.unit),
+        "cells": _ends(one.found),
+    }

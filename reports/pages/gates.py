@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from functools import partial
 
+from reports.pages import section
 from reports.pages.template import render_page
 from reports.plots.gates import draw_gate_course
-from reports.plots.style import styled_data_url
 from reports.text.gates import HEADS, advice, detectable_defect, gate_rows, headline, sentence
 from validation.gates.gate_outcome import GateOutcome
 from validation.text import figure
@@ -20,11 +20,16 @@ def gates_page(outcomes: list[GateOutcome], title: str, false_fail_rate: float) 
             "verdict": one.verdict,
             "sentences": [sentence(one), detectable_defect(one)],
             "advice": advice(one),
-            "picture": styled_data_url(partial(draw_gate_course, one)),
+            "picture": section.figure_html(partial(draw_gate_course, one), f"trials of {one.plan.gate.name}"),
         }
         for one in outcomes
     ]
-    values = {"title": title, "headline": headline(outcomes), "runs": figure(1.0 / false_fail_rate)}
+    values = {
+        "title": title,
+        "headline": headline(outcomes),
+        "failed": any(one.verdict == "fail" for one in outcomes),
+        "runs": figure(1.0 / false_fail_rate),
+    }
     return render_page(
         "gates.html", values | {"heads": HEADS, "rows": gate_rows(outcomes, marks=False), "gates": gates}
     )

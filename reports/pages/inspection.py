@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import groupby
 from typing import Any
 
@@ -18,7 +18,7 @@ from reports.plots.inspection import (
     draw_spectrum,
     draw_strength,
 )
-from reports.text.inspection import MARKS, answer_texts, attention_points, finding_name, value_and_unit
+from reports.text.inspection import ENOUGH, MARKS, answer_texts, attention_points, finding_name, value_and_unit
 from validation.inspection.inspection import Inspection
 from validation.inspection.sensor_data import SensorData
 from validation.policy import POLICY
@@ -65,19 +65,28 @@ def inspection_page(inspection: Inspection) -> str:
 
 def _page(inspection: Inspection) -> dict[str, Any]:
     sections = groupby(inspection.findings, key=lambda finding: finding.section)
-    attention = attention_points(inspection)
+    answer, warnings = answer_texts(inspection), {one.text for one in inspection.warnings}
     return {
         "file": inspection.log.path.name,
-        "answer": answer_texts(inspection),
+        "answer": answer,
+        "suffices": not warnings & {*answer},
         "date": inspection.log.origin.date or "",
-        "tiles": list(_tiles(inspection)),
-        "warnings": [text for mark, text in attention if mark == MARKS["warning"]],
-        "notes": [text for mark, text in attention if mark != MARKS["warning"]],
-        "sections": [
+        "figures": list(_tiles(inspection)),
+        **_attention(inspection, answer),
+        "findings": [
             (title, [(finding_name(f), MARKS[f.level], *value_and_unit(f), f.text) for f in findings])
             for title, findings in sections
         ],
-        "figures": [section for data in inspection.sensors for section in _sections(data)],
+        "sections": [section for data in inspection.sensors for section in _sections(data)],
+    }
+
+
+def _attention(inspection: Inspection, answer: Sequence[str]) -> dict[str, list[str]]:
+    """Return the warnings that the answer does not tell, and the notes."""
+    points, told = attention_points(inspection), {f"{ENOUGH[0]}: {text}" for text in answer}
+    return {
+        "warnings": [text for mark, text in points if mark == MARKS["warning"] and text not in told],
+        "notes": [text for mark, text in points if mark != MARKS["warning"]],
     }
 
 

@@ -74,7 +74,7 @@ def _page(outcome: Outcome) -> dict[str, Any]:
         "one_run": ONE_RUN,
         "compare": compare_command(outcome),
         "changes": outcome.asked[1:],
-        "tiles": _tiles(outcome),
+        "figures": _tiles(outcome),
         "aligned": ALIGNED,
         "what": scenario_description(outcome),
         "astray": warning([outcome.tracking]),

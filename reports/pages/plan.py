@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from reports.pages.section import DrawnSection, Section, drawn_sections
 from reports.pages.template import render_page
-from reports.plots.plan import draw_angles, draw_design
+from reports.plots.plan import draw_angles, draw_design, draw_gains
 from validation.bound.goal import Goal
 from validation.planning.next_leg import LegSequence
 from validation.planning.next_leg_summary import headline as onward_headline
@@ -22,6 +22,10 @@ SECTIONS = (
             "Blue: the legs, area in proportion to time. Grey: the optimal design for the permitted tilts, yaw free. "
             "Rings: the optimal design for attitudes that keep the vehicle in place. Vertical: angle from the body's "
             "z axis; horizontal: angle about the z axis.", draw_design),
+)  # fmt: skip
+GAINS = (
+    Section("Error after each leg", "Least error of the goal after the recording and the legs; grey: no longer pays.",
+            draw_gains, lambda sequence: len(sequence.legs) + bool(sequence.idle) > 1),
 )  # fmt: skip
 
 
@@ -42,7 +46,8 @@ def next_leg_page(sequence: LegSequence) -> str:
     """Return the page of the legs to fly after a recording."""
     error = sequence.task.error_before if sequence.error is None else sequence.error
     tiles = [_tile(error, sequence.task.goal), (str(len(sequence.legs)), "", "legs that pay")]
-    return _rendered(f"plan-{sequence.task.name}", onward_headline(sequence), tiles, onward_rows(sequence), [])
+    title, sections = f"plan-{sequence.task.name}", drawn_sections(GAINS, sequence)
+    return _rendered(title, onward_headline(sequence), tiles, onward_rows(sequence), sections, after=True)
 
 
 def _tile(value: float, goal: Goal) -> tuple[str, str, str]:
@@ -52,10 +57,14 @@ def _tile(value: float, goal: Goal) -> tuple[str, str, str]:
 def _rendered(
     title: str,
     words: str,
-    tiles: Sequence[tuple[str, str, str]],
+    figures: Sequence[tuple[str, str, str]],
     table: Sequence[tuple[str, ...]],
     sections: Sequence[DrawnSection],
     limited: Sequence[tuple[str, ...]] = (),
+    *,
+    after: bool = False,
 ) -> str:
-    values = {"title": title, "lines": words.splitlines(), "tiles": tiles, "heads": HEADS, "rows": table}
-    return render_page("plan.html", values | {"sections": sections, "limit_heads": LIMITS, "limits": limited})
+    values = {"title": title, "lines": words.splitlines(), "figures": figures, "heads": HEADS, "rows": table}
+    return render_page(
+        "plan.html", values | {"sections": sections, "limit_heads": LIMITS, "limits": limited, "after": after}
+    )

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import jinja2
-from markupsafe import Markup, escape
 
 from reports.pages.packed import packed_plotly
 from reports.pages.section import PLOT_CLASS
+from reports.pages.typeset import breakable, coded, columns_of_text
 from validation.text import digits, sentence
 
 TEMPLATES = Path(__file__).parent.parent / "templates"
 END = "</body>"
-CODE = re.compile("`([^`]+)`")
 
 
 def render_page(name: str, values: Mapping[str, Any]) -> str:
@@ -27,16 +25,9 @@ def render_page(name: str, values: Mapping[str, Any]) -> str:
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
     )
-    environment.filters["digits"] = digits
-    environment.filters["sentence"] = sentence
-    environment.filters["coded"] = coded
+    environment.filters |= {one.__name__: one for one in (breakable, coded, columns_of_text, digits, sentence)}
     page = environment.get_template(name).render(values)
     return page.replace(END, _scripts(page) + END)
-
-
-def coded(text: str) -> Markup:
-    """Return a text as HTML, with what stands between backticks as code."""
-    return Markup(CODE.sub(r"<code>\1</code>", str(escape(text))))
 
 
 def _scripts(page: str) -> str:

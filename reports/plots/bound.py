@@ -31,7 +31,7 @@ def draw_components(answer: BoundAnswer) -> Figure:
     figure, axis = panels(2.4)
     std = answer.bound.offset_std_nT
     axis.barh(list(AXES), np.where(np.isfinite(std), std, np.nan), color=XYZ)
-    axis.invert_yaxis()
+    axis.set_ylim(len(AXES) - 0.4, -0.6)
     axis.set(xlabel="least offset error (nT)")
     return figure
 

@@ -64,21 +64,26 @@ def _line_of_points(table: TrialTable, key: str) -> dict[int, dict[str, Any]]:
 
 def draw_distributions(table: TrialTable, score: ScoreDefinition, point: int) -> Figure:
     """Draw each calibrator's score over the trials: 5th to 95th percentile as line, quartiles as bar, median as dot."""
-    names = table.calibrators
+    names = sorted(table.calibrators, key=lambda name: median(table.values(score.column, name, point)).value)
     figure, axis = panels(0.36 * len(names) + 1.1)
     for row, name in enumerate(names):
         values = _finite(table.values(score.column, name, point))
-        values = values[np.isfinite(values) & (values > 0)]
-        if values.size:
-            least, low, middle, high, most = np.percentile(values, BOX)
-            colour = RAW if name not in table.candidates else LINES[0]
-            axis.plot([least, most], [row, row], color=colour, linewidth=1.2)
-            axis.plot([low, high], [row, row], color=colour, linewidth=7, solid_capstyle="butt", alpha=0.45)
-            axis.plot([middle], [row], "o", color=colour, markersize=5)
+        _draw_box(axis, row, values[values > 0], RAW if name not in table.candidates else LINES[0])
     axis.set(xscale="log", xlabel=_title(score), ylim=(len(names) - 0.4, -0.6))
     axis.set_yticks(range(len(names)), names)
     axis.grid(visible=False, axis="y")
     return figure
+
+
+def _draw_box(axis: Any, row: int, values: Array, colour: str) -> None:
+    """Draw the percentiles BOX of finite values (n,) at a row, or words for no value."""
+    if not values.size:
+        axis.annotate("no estimate", (0.01, row), xycoords=("axes fraction", "data"), va="center", color=SOFT)
+        return
+    least, low, middle, high, most = np.percentile(values, BOX)
+    axis.plot([least, most], [row, row], color=colour, linewidth=1.2)
+    axis.plot([low, high], [row, row], color=colour, linewidth=7, solid_capstyle="butt", alpha=0.45)
+    axis.plot([middle], [row], "o", color=colour, markersize=5)
 
 
 def draw_ranks(table: TrialTable, score: ScoreDefinition, point: int) -> Figure:

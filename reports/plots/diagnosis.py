@@ -20,7 +20,9 @@ FINE, COARSE, MOST_POINTS = 1500, 200, 4000
 """Points of the pale and of the bold lines over time, and of a cloud."""
 LEAST_HEIGHT_M, LEAST_SHARE = 0.5, 0.02
 """A path's height is drawn from this extent on, and from this share of the horizontal one."""
-BINS = 24
+BINS, LEAST_IN_BIN = 24, 8
+ENDS = (0.01, 0.99)
+"""Quantiles of a channel between which the means are drawn."""
 DIRECTIONS = ("east", "north", "up")
 Sides = tuple[tuple[str, str, str], ...]
 """Side, colour and label of the curves of a gap."""
@@ -152,11 +154,13 @@ def draw_ranking(found: PresentedDiagnosis) -> Figure:
 
 def _sides(before: Array, after: Array) -> Sides:
     """Return the curves of a gap before and after; a single curve where the gaps are equal."""
-    return EQUAL if np.array_equal(before, after) else BOTH
+    return EQUAL if np.array_equal(before, after, equal_nan=True) else BOTH
 
 
 def _binned(channel: Array, values: Array) -> tuple[Array, Array]:
-    """Return the means of channel and values over bins of equal count along the channel."""
-    known = np.flatnonzero(np.isfinite(values))
-    parts = np.array_split(known[np.argsort(channel[known], kind="stable")], BINS)
-    return tuple(np.array([of[part].mean() for part in parts if len(part)]) for of in (channel, values))  # type: ignore[return-value]
+    """Return the means of channel and values over stretches of equal width that hold LEAST_IN_BIN values."""
+    known = np.isfinite(values) & np.isfinite(channel)
+    edges = np.linspace(*np.quantile(channel[known], ENDS), BINS + 1) if known.any() else np.zeros(1)
+    place = np.where(known, np.searchsorted(edges, channel, side="right"), 0)
+    parts = [part for number in range(1, len(edges)) if (part := place == number).sum() >= LEAST_IN_BIN]
+    return tuple(np.array([of[part].mean() for part in parts]) for of in (channel, values))  # type: ignore[return-value]

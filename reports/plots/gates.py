@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import chain, repeat
 from typing import Any
 
 import numpy as np
@@ -32,26 +33,30 @@ def _draw_values(axis: Any, outcome: GateOutcome) -> None:
     trial = np.arange(1, len(over) + 1)
     finite = np.isfinite(outcome.values)
     for mask, colour, label in ((~over, KEPT, "within"), (over & finite, OVER, "over the limit")):
-        axis.plot(trial[mask], outcome.values[mask], "o", markersize=3, color=colour, label=label)
-    for where in trial[~finite]:
-        axis.axvline(where, color=OVER, linewidth=0.6, alpha=0.5)
+        axis.plot(trial[mask], outcome.values[mask], "o", markersize=4, color=colour, label=label)
+    for where, label in zip(trial[~finite], chain(["without estimate"], repeat("_")), strict=False):
+        axis.axvline(where, color=OVER, linewidth=0.6, alpha=0.5, label=label)
     axis.axhline(gate.factor, color=INK, linewidth=1.0, linestyle="--", label="limit")
     if (outcome.values[finite] > 0).any():
-        axis.set_yscale("log")
-        axis.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        axis.yaxis.set_major_formatter(ScalarFormatter())
-        axis.yaxis.set_minor_formatter(NullFormatter())
+        _scale_by_decades(axis)
     unit = gate.unit or ("" if gate.kind == "limit" else f"x {gate.reference or 'baseline'}")
     axis.set_ylabel(", ".join(filter(None, (gate.score_definition.short, unit))))
-    axis.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.2)
+    axis.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, borderaxespad=0.2)
+
+
+def _scale_by_decades(axis: Any) -> None:
+    axis.set_yscale("log")
+    axis.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.yaxis.set_major_formatter(ScalarFormatter())
+    axis.yaxis.set_minor_formatter(NullFormatter())
 
 
 def _draw_evidence(axis: Any, outcome: GateOutcome) -> None:
     decision, test = outcome.decision, outcome.plan.test
     trial = np.arange(1, decision.trials + 1)
     for log_evidence, needed, colour, label in (
-        (decision.within, test.passing, KEPT, "that it keeps the limit"),
-        (decision.over, test.failing, OVER, "that it is over"),
+        (decision.within, test.passing, KEPT, "evidence that the limit is kept"),
+        (decision.over, test.failing, OVER, "evidence that the limit is exceeded"),
     ):
         axis.plot(trial, log_evidence / needed, ".-", markersize=3, color=colour, label=label)
     axis.axhline(1.0, color=INK, linewidth=1.0, linestyle="--")

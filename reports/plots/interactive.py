@@ -40,6 +40,8 @@ PLAIN_TICKS = 6
 """Powers of ten below which tick labels have all their digits: never "20k" or "100µ" beside a unit."""
 LEAST_PLAIN = 1e-4
 """Lower end of a logarithmic axis whose ticks have all their digits."""
+HALF_DECADE = 0.5
+"""Span of a logarithmic axis, in decades, below which each tick has room for a label."""
 FEW_DECADES = 1.3
 """Span of a logarithmic axis, in decades, below which ticks between the powers of ten have labels too."""
 DASHES = {"-": "solid", "--": "dash", ":": "dot", "-.": "dashdot"}
@@ -167,8 +169,18 @@ def _axis(one: Any, limits: tuple[float, float]) -> dict[str, Any]:
 
 def _scaled(scale: str, limits: Array) -> dict[str, Any]:
     """Return scale and range (2) of an axis; of a logarithmic one, whether ticks between powers of ten have labels."""
-    labels = {"minorloglabels": "complete" if np.ptp(limits) < FEW_DECADES else "none"} if scale == "log" else {}
-    return {"type": scale, "range": [_short(v) for v in limits], **labels}
+    return {
+        "type": scale,
+        "range": [_short(v) for v in limits],
+        **(_log_ticks(np.ptp(limits)) if scale == "log" else {}),
+    }
+
+
+def _log_ticks(decades: float) -> dict[str, str]:
+    """Return which ticks between the powers of ten have labels: all, 2 and 5, or none."""
+    if decades >= FEW_DECADES:
+        return {"minorloglabels": "none"}
+    return {"minorloglabels": "complete", "dtick": "D1" if decades < HALF_DECADE else "D2"}
 
 
 def _tick_numbers(scale: str, limits: tuple[float, float]) -> dict[str, Any]:
@@ -354,7 +366,9 @@ def _across(line: Any) -> dict[str, Any]:
     """Return a straight line from side to side of the panel."""
     (x0, x1), (y0, y1) = ((_short(values[0]), _short(values[-1])) for values in line.get_data())
     look = {"color": to_hex(line.get_color()), "width": 1, "dash": _dash(line)}
-    return {"type": "line", "line": look, "x0": x0, "x1": x1, "y0": y0, "y1": y1}
+    pale = {"opacity": alpha} if (alpha := line.get_alpha()) else {}
+    named = {"name": name, "showlegend": True} if (name := _label(line)) else {}
+    return {"type": "line", "line": look, "x0": x0, "x1": x1, "y0": y0, "y1": y1, **pale, **named}
 
 
 def _note(text: Any, axis: Any, number: int) -> dict[str, Any]:

@@ -17,7 +17,8 @@ from validation.text import digits
 class PresentedAnswer:
     """Verdict, sentence and advice; tiles (value, label); the new model with its change, and the JSON of `--json`.
 
-    stated : the calibration that was stated in place of a model, against each recording.
+    date : of the recording, where its log tells one. stated : the calibration that was stated in place of a model,
+    against each recording.
     """
 
     verdict: Verdict
@@ -30,6 +31,7 @@ class PresentedAnswer:
     diff: tuple[str, ...]
     model: str
     summary: dict[str, Any]
+    date: str = ""
     stated: tuple[StatedIron, ...] = ()
 
     @property
@@ -47,6 +49,11 @@ class PresentedAnswer:
             return self
         told = {"stated_calibration": [one.as_dict() for one in stated]}
         return replace(self, stated=tuple(stated), summary=self.summary | told)
+
+
+def noise_tile(gap: GapSize) -> tuple[str, str]:
+    """Return the tile of a gap that is no larger than the noise."""
+    return f"{digits(gap.before_sigma)} times", "the noise, rms with iron refitted: no gap beyond the noise"
 
 
 def gap_cells(gap: GapSize) -> tuple[str, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any, Self
 
 import numpy as np
@@ -12,7 +12,6 @@ from calib import Calibration, Reference
 from calib.result import OFFSET_NAMES
 from recordings import Recording
 from validation.assessment.assessment import Assessment
-from validation.assessment.judgement import ToleranceAnswer
 from validation.assessment.wording import calibration_summary, summary, tolerance_texts, verdict
 from validation.calibrating.residual_parts import by_channel, by_phase, strength_residual
 from validation.text import figure, measured, sentence
@@ -22,7 +21,6 @@ NORMAL_95 = 1.96
 MOST_CHANNELS = 6
 PHASE_HEADS = ("phase", "samples", "mean, nT", "rms, nT")
 CHANNEL_HEADS = ("channel", "share of the residual's variance, %", "nT a unit")
-CAUSE_HEADS = ("cause", "heading error, °")
 Tile = tuple[str, str, str]
 Row = tuple[str, ...]
 
@@ -68,7 +66,7 @@ class PresentedCalibrations:
     Parameters
     ----------
     best : the calibration that figures and residual are of; None where no fit has an estimate.
-    phases, channels : rows of PHASE_HEADS and CHANNEL_HEADS. causes : rows of CAUSE_HEADS, where a tolerance was asked.
+    phases, channels : rows of PHASE_HEADS and CHANNEL_HEADS.
     """
 
     title: str
@@ -78,7 +76,6 @@ class PresentedCalibrations:
     fits: tuple[PresentedFit, ...]
     best: str | None
     tolerance: tuple[str, ...]
-    causes: tuple[Row, ...]
     phases: tuple[Row, ...]
     channels: tuple[Row, ...]
     notes: tuple[str, ...]
@@ -105,7 +102,6 @@ class PresentedCalibrations:
             fits=tuple(PresentedFit.of(name, fit, parts.get(name, {})) for name, fit in results.items()),
             best=best,
             tolerance=tuple(sentence(text) for text in tolerance_texts(answer)) if answer else (),
-            causes=_causes(answer),
             phases=phases,
             channels=channels,
             notes=recording.origin.notes,
@@ -160,11 +156,6 @@ def _tiles(assessed: Mapping[str, Any], best: Mapping[str, Any]) -> list[Tile]:
     if coverage is not None:
         tiles.append((figure(100 * float(coverage), 2), "%", "of the sphere's directions seen"))
     return tiles
-
-
-def _causes(answer: ToleranceAnswer | None) -> tuple[Row, ...]:
-    causes = {} if answer is None or answer.causes is None else asdict(answer.causes)
-    return tuple((name.replace("_", " "), figure(float(value), 2)) for name, value in causes.items() if value > 0)
 
 
 def _residual(

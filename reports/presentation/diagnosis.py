@@ -13,7 +13,7 @@ from diagnosis.evidence.direct import find_start_samples
 from diagnosis.repair.model_file import model_diff, written_model
 from diagnosis.result import Diagnosis, EvidenceKind, NamedEffect, Transfer, parameters
 from diagnosis.verdict import Verdict
-from reports.presentation.answer import PresentedAnswer, gap_cells
+from reports.presentation.answer import PresentedAnswer, gap_cells, noise_tile
 from reports.presentation.channel_curves import ChannelCurve, channel_curves
 from reports.presentation.series import DiagnosisSeries
 from scenarios.toml import to_toml
@@ -26,6 +26,8 @@ GAP_HEADS = ("gap, rms", "before, nT", "after, nT", "before / noise", "after / n
 PARAMETER_HEADS = ("parameter", "value", "low", "high", "unit")
 PART_HEADS = ("from, s", "to, s", "phase", "heading", "gap, nT rms", "over the noise")
 CANDIDATE_HEADS = ("candidate", "evidence, nats", "needed, nats", "alone, nT", "outcome")
+NO_CELLS = ("–",) * 3
+"""Cells of GAP_HEADS that a row has no figures for."""
 Row = tuple[str, ...]
 ParameterRow = tuple[str, str, str | None, str | None, str]
 """Name, value, ends of the 95 % interval (None: unknown) and unit of a parameter in use."""
@@ -85,13 +87,14 @@ class PresentedDiagnosis(PresentedAnswer):
             verdict=diagnosis.verdict,
             sentence=diagnosis.sentence,
             advice=diagnosis.advice,
-            tiles=(_missing(diagnosis), _sure(diagnosis), _otherwise(diagnosis), _share(diagnosis, series)),
+            tiles=tuple(_tiles(diagnosis, series)),
             gaps=tuple(_gap_rows(diagnosis, series)),
             where=diagnosis.where,
             not_observable=diagnosis.not_observable,
             diff=model_diff(diagnosis),
             model=written_model(diagnosis.model),
             summary=diagnosis.as_dict(),
+            date=str(diagnosis.problem.recording.origin.date or ""),
             causes=tuple(map(PresentedCause.of, diagnosis.named)),
             parts=tuple(_part_rows(diagnosis)),
             candidates=tuple(_candidate_rows(diagnosis)),
@@ -138,9 +141,19 @@ def _gap_rows(diagnosis: Diagnosis, series: DiagnosisSeries) -> Iterator[Row]:
     gap = diagnosis.gap
     yield "held-out segments, iron refitted", *gap_cells(gap)
     if gap.explained is not None:
-        yield f"structure beyond {digits(gap.noise_nT)} nT of noise", *map(digits, gap.structure_nT), "", "", ""
+        yield f"structure beyond {digits(gap.noise_nT)} nT of noise", *map(digits, gap.structure_nT), *NO_CELLS
     if series.vector:
-        yield "whole recording, models without refit", *map(digits, series.difference.rms_nT()), "", "", ""
+        yield "whole recording, models without refit", *map(digits, series.difference.rms_nT()), *NO_CELLS
+
+
+def _tiles(diagnosis: Diagnosis, series: DiagnosisSeries) -> Iterator[tuple[str, str]]:
+    """Yield what is missing, its evidence, what else it may be, and how much of the gap it explains."""
+    yield _missing(diagnosis)
+    if diagnosis.named:
+        yield _sure(diagnosis)
+    if diagnosis.named or diagnosis.where:
+        yield _otherwise(diagnosis)
+    yield _share(diagnosis, series)
 
 
 def _missing(diagnosis: Diagnosis) -> tuple[str, str]:
@@ -151,7 +164,7 @@ def _missing(diagnosis: Diagnosis) -> tuple[str, str]:
 def _otherwise(diagnosis: Diagnosis) -> tuple[str, str]:
     """Return the alternatives to the cause, or without a cause the channels that the gap follows."""
     if not diagnosis.named:
-        return ", ".join(name for name, _, _ in diagnosis.where[:3]) or "–", "the gap follows"
+        return ", ".join(name for name, _, _ in diagnosis.where[:3]), "the gap follows"
     others = [name for cause in diagnosis.named for name in cause.look_alikes]
     if diagnosis.verdict is Verdict.NOT_OBSERVABLE:
         others += diagnosis.absorbed
@@ -165,12 +178,12 @@ def _share(diagnosis: Diagnosis, series: DiagnosisSeries) -> tuple[str, str]:
         hides = "measured minus simulated, models without refit; a refit of the iron would hide the gap"
         return f"{before} → {after} nT", hides
     if _all_left_out(diagnosis):
-        return "–", "affected samples are left out of the comparison; the new model reproduces the values"
+        return "left out", "affected samples are left out of the comparison; the new model reproduces the values"
     if diagnosis.named and all(cause.effect.stochastic for cause in diagnosis.named):
         remains = "noise cannot be predicted sample by sample: the gap remains; the new model has noise of equal size"
         return "its size", remains
     if gap.explained is None:
-        return "–", "no gap beyond the noise with iron refitted"
+        return noise_tile(gap)
     before, after = map(digits, gap.structure_nT)
     removed = f"{100 * max(gap.explained, 0):.0f} % removed on held-out data"
     return f"{before} → {after} nT", f"structure beyond {digits(gap.noise_nT)} nT of noise; {removed}"
@@ -184,8 +197,6 @@ def _all_left_out(diagnosis: Diagnosis) -> bool:
 
 def _sure(diagnosis: Diagnosis) -> tuple[str, str]:
     """Return the evidence of the least certain cause."""
-    if not diagnosis.named:
-        return "–", "no cause identified"
     least = min(diagnosis.named, key=lambda cause: np.inf if cause.nats is None else cause.nats)
     whose = f" for {least.name}, the least certain" if len(diagnosis.named) > 1 else ""
     again = _again(diagnosis, least)

@@ -14,7 +14,7 @@ from diagnosis.several.common_effects import CommonEffect
 from diagnosis.several.result import PooledDiagnosis, Scope
 from diagnosis.several.sentence import describe_transfer
 from diagnosis.several.transfer import Presence
-from reports.presentation.answer import PresentedAnswer, gap_cells
+from reports.presentation.answer import PresentedAnswer, gap_cells, noise_tile
 from reports.presentation.diagnosis import PresentedDiagnosis, Row, cells, parameter_rows
 from reports.presentation.series import GapSeries
 from validation.text import all_of, digits, symbol
@@ -167,16 +167,21 @@ def _gap_rows(pooled: PooledDiagnosis) -> Iterator[Row]:
 
 
 def _tiles(pooled: PooledDiagnosis) -> tuple[tuple[str, str], ...]:
-    """Return the answer in four tiles (value, label)."""
+    """Return the answer in two to four tiles (value, label)."""
     by_reach = {transfer: [one.name for one in pooled.common if one.transfer is transfer] for transfer in Transfer}
     same = ", ".join(by_reach[Transfer.TRANSFERRED]) or "nothing"
-    differs = ", ".join([*by_reach[Transfer.NOT_TRANSFERRED], *by_reach[Transfer.SOME]]) or "nothing"
-    gap = pooled.gap
-    share = "–" if gap.explained is None else f"{100 * max(gap.explained, 0):.0f} %"
-    alone = ", ".join(one.name for one in pooled.single) or "nothing"
+    differs = ", ".join([*by_reach[Transfer.NOT_TRANSFERRED], *by_reach[Transfer.SOME]])
+    alone = ", ".join(one.name for one in pooled.single)
+    parts = ((differs, "missing, but not equal in all"), (alone, f"cause in one {pooled.scope.noun} only"))
     return (
         (same, f"missing in the model, equal in {all_of(len(pooled.names), pooled.scope.key)}"),
-        (differs, "missing, but not equal in all"),
-        (alone, f"cause in one {pooled.scope.noun} only"),
-        (share, f"of the gap explained: {digits(gap.before_nT)} → {digits(gap.after_nT)} nT, {pooled.scope.after}"),
+        *(one for one in parts if one[0]),
+        _share(pooled),
     )
+
+
+def _share(pooled: PooledDiagnosis) -> tuple[str, str]:
+    if pooled.gap.explained is None:
+        return noise_tile(pooled.gap)
+    share = f"{100 * max(pooled.gap.explained, 0):.0f} %"
+    return share, f"of the gap beyond the noise explained, {pooled.scope.after}"

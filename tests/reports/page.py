@@ -14,6 +14,16 @@ def without_scripts(page: str) -> str:
     return re.sub(r"<script.*?</script>", "", page, flags=re.DOTALL)
 
 
+def read(page: str) -> str:
+    """The page's words as `plain` gives those of a text."""
+    return plain(re.sub("</?code>|<wbr>", "", page))
+
+
+def plain(text: str) -> str:
+    """A text without what typesetting changes: marks of code, minus signs, spaces that do not break, degrees."""
+    return re.sub(r"(?<=\d) deg\b", "°", text.replace("`", "").replace("−", "-").replace("\xa0", " "))
+
+
 def plots(page: str) -> list[dict[str, Any]]:
     """The figures that zoom."""
     packed = re.findall(r'<script type="application/gzip">(.*?)</script>', page)

@@ -74,7 +74,7 @@ def _beside(colour: Colour | None) -> str:
     """Return the coloured noise in words."""
     if colour is None:
         return ""
-    flicker = f"{figure(colour.flicker_nT_sqrt_hz)} nT/sqrt(Hz) of flicker noise" if colour.flicker_nT_sqrt_hz else ""
+    flicker = f"{figure(colour.flicker_nT_sqrt_hz)} nT/√Hz of flicker noise" if colour.flicker_nT_sqrt_hz else ""
     walk = f"a random walk of {figure(colour.walk_nT_sqrt_s)} nT/sqrt(s)" if colour.walk_nT_sqrt_s else ""
     return " and " + listed([one for one in (flicker, walk) if one])
 

@@ -15,7 +15,7 @@ from validation.comparison.statistics import LEVEL, Difference, Interval, differ
 from validation.comparison.trial_table import TrialTable
 from validation.scoring.definitions import ScoreDefinition
 from validation.scoring.evaluation import UNCORRECTED
-from validation.text import counted, figure, listed
+from validation.text import counted, figure
 
 LONGEST_REASON = 120
 """Characters of a failure's reason in a sentence; the table holds the whole reason."""
@@ -119,8 +119,10 @@ class Ranking:
         if not self.rivals:
             second = self.calibrators[1].calibrator
             return f"better than {second} in {self.against(second).better} of {n} trials"
-        wins = [f"better than {name} in {self.against(name).better} of {n} trials" for name in self.rivals]
-        return f"no clear difference ({self.best.calibrator} {listed(wins)})"
+        wins = sorted(self.against(name).better for name in self.rivals)
+        often = str(wins[0]) if wins[0] == wins[-1] else f"{wins[0]} to {wins[-1]}"
+        named = self.rivals[0] if len(wins) == 1 else "each of the others"
+        return f"no clear difference ({self.best.calibrator} better than {named} in {often} of {n} trials)"
 
     def _with_ends(self, found: Interval) -> str:
         unit = f" {self.score.unit}" if self.score.unit else ""

@@ -46,7 +46,7 @@ def _white(data: SensorData) -> Finding | None:
         return Finding(SECTION, "white", value, "nT", text, "note", data.sensor)
     noise_nT, of = _beside_motion(data)
     density = figures(noise_nT * np.sqrt(2 / rate), 2)
-    text = f"White noise {figures(noise_nT)} nT rms per sample ({density} nT/sqrt(Hz)){of}"
+    text = f"White noise {figures(noise_nT)} nT rms per sample ({density} nT/√Hz){of}"
     if not (data.settled or of):
         text += " at most: the estimate falls with each further difference, so the noise is not white, "
         text += "or the motion is fast"

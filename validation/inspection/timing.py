@@ -95,7 +95,8 @@ def _jitter(time_s: Array) -> Finding:
     jitter_s = float(np.sqrt(np.mean((kept - usual) ** 2)))
     share = jitter_s / usual
     if share < POLICY.constant_jitter:
-        return Finding(SECTION, "jitter", jitter_s, "s", "The interval is constant.")
+        told_s = jitter_s if jitter_s > np.spacing(np.abs(time_s).max()) else 0.0  # of the times' own digits
+        return Finding(SECTION, "jitter", told_s, "s", "The interval is constant.")
     text = (
         f"The interval varies by {figure(100 * share, 2)} % rms, from {duration(kept.min())} to {duration(kept.max())}"
     )

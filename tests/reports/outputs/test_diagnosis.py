@@ -33,7 +33,7 @@ from scenarios.errors import InputError
 from sim.scenario import ModelSpec, load_model
 from tests.diagnosis.own_compass import with_own_compass
 from tests.diagnosis.synthetic import FIELD_ENU_NT
-from tests.reports.page import without_scripts
+from tests.reports.page import plain, read, without_scripts
 
 GAIN = [2.0, -1.0, 4.0]
 _made: dict[str, Diagnosis] = {}
@@ -227,7 +227,7 @@ def test_the_diff_is_what_was_added(found: Diagnosis, flight, model) -> None:  #
 
 def test_the_page_answers_before_it_draws(found: Diagnosis) -> None:
     page = diagnosis_page(PresentedDiagnosis.of(found), "Diagnosis <of> a log")
-    text = page.partition("<img")[0]
+    text = read(page.partition("<img")[0])
     assert "Diagnosis &lt;of&gt; a log" in text
     for answer in (
         found.verdict,
@@ -237,7 +237,7 @@ def test_the_page_answers_before_it_draws(found: Diagnosis) -> None:
         "removed on held-out data",
         *found.advice,
     ):
-        assert answer in text
+        assert plain(answer) in text
     assert "along the path" in page
     assert not re.search(r"(src|href)=\"(?!data:|#)", without_scripts(page))
 
@@ -249,7 +249,7 @@ def test_a_class_is_told_plainly(
     named = (replace(found.named[0], alternatives=("latency", "bandwidth")),)
     several = replace(found, named=named, verdict=Verdict.CLASS)
     text = diagnosis_page(PresentedDiagnosis.of(several), "Diagnosis").partition("<img")[0]
-    assert "cannot distinguish <b>motor_current</b> from <b>latency</b>, <b>bandwidth</b>" in text
+    assert "<b>latency, bandwidth</b><span>could also be</span>" in text
     show_answer(PresentedDiagnosis.of(several))
     assert "latency, bandwidth" in capsys.readouterr().out
 

@@ -13,6 +13,7 @@ from recordings import Recording
 from recordings.recording import Origin
 from reports.pages.calibration import calibration_page
 from reports.presentation.calibration import PresentedCalibrations, PresentedFit, interval
+from tests.reports.page import read
 from validation.assessment.assessment import assess
 from validation.screening.screening import screen
 
@@ -44,8 +45,8 @@ def found(fits: dict[str, Calibration]) -> PresentedCalibrations:
 def test_the_answer_comes_first_then_figures_with_intervals(
     fits: dict[str, Calibration], found: PresentedCalibrations
 ) -> None:
-    page = calibration_page(found, fits, LOG, F_NT, ("calibration.json: all figures",))
-    order = ["Heading within", "Stuck: z.", "held-out legs", "A heading error below 0.5 deg: yes", "iron"]
+    page = read(calibration_page(found, fits, LOG, F_NT, ("calibration.json: all figures",)))
+    order = ["Heading within", "Stuck: z.", "held-out legs", "A heading error below 0.5°: yes", "iron"]
     places = [page.index(text) for text in order]
     assert places == sorted(places)
     assert "3 rows skipped" in page

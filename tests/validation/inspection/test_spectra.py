@@ -30,7 +30,7 @@ def test_white_noise_alone() -> None:
     found = findings()
     white = one(found, "white")
     assert white.value == pytest.approx([STD_NT] * 3, rel=0.05)
-    assert f"{STD_NT * np.sqrt(2 / RATE_HZ):.2g} nT/sqrt(Hz)" in white.text.replace(" and ", ", ")
+    assert f"{STD_NT * np.sqrt(2 / RATE_HZ):.2g} nT/√Hz" in white.text.replace(" and ", ", ")
     left = one(found, "residual")
     assert left.value["base"] == "attitude"
     assert left.value["rms_nT"] == pytest.approx([STD_NT] * 3, rel=0.05)
