@@ -7,7 +7,7 @@ import pytest
 import magbench
 from tests.nightly import first_daily
 
-LONG = ("auv-dive", "auv-spiral", "quad-spiral")
+LONG = ("auv-dive", "auv-spiral", "auv-comb", "quad-spiral")
 """Scenarios whose motion another flies in less time."""
 AS_WRITTEN = [name for name in magbench.catalogue() if not magbench.load(name).vary]
 

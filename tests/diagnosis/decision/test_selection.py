@@ -159,7 +159,7 @@ def test_what_one_of_its_kin_takes_is_the_form_of_the_first() -> None:
     ]
 
 
-@pytest.mark.parametrize(("cutoff_hz", "order"), [(1.0, 2), (2.0, 3)])
+@pytest.mark.parametrize(("cutoff_hz", "order"), [(1.0, 2), pytest.param(2.0, 3, marks=pytest.mark.slow)])
 def test_a_low_pass_of_another_order_is_one_class_of_look_alikes(cutoff_hz: float, order: int) -> None:
     """Several poles, on the field between the samples; the library has one pole, at the samples."""
     given = recording()

@@ -99,7 +99,7 @@ def test_beside_a_wander_of_its_size_an_effect_is_found(seed: int) -> None:
     assert not found.after.clean
 
 
-@pytest.mark.parametrize("seed", first_daily(range(10, 14), 2))
+@pytest.mark.parametrize("seed", first_daily(range(10, 14)))
 def test_in_a_wander_alone_nothing_is_found(seed: int) -> None:
     found = select(_wandering(seed, None))
     assert not found.before.clean
