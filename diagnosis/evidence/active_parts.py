@@ -111,11 +111,6 @@ def _cuts(log_power: Array, policy: Policy) -> Places:
         cost = best[i] + squares + policy.part_price * np.log(m)
         before[j] = int(np.argmin(cost))
         best[j] = cost[before[j]]
-    return _traced(before)
-
-
-def _traced(before: Places) -> Places:
-    """First cells (c,) of the parts, from the start `before` (m + 1,) of the last part of each prefix."""
     cuts: list[int] = []
     at = int(before[-1])
     while at > 0:

@@ -119,9 +119,9 @@ class Baseline:
         """
         gain = 0.0
         for held, before in zip(self.splits, self.held_out_squares, strict=True):
-            trained = ((joint, fit(joint, ~held)) for joint in settings)
-            best = min(trained, key=lambda one: squares(*one, ~held))
-            gain += (before - squares(*best, held)) / 2
+            fits = [(joint, fit(joint, ~held)) for joint in settings]
+            joint, trained = fits[int(np.argmin([squares(joint, one, ~held) for joint, one in fits]))]
+            gain += (before - squares(joint, trained, held)) / 2
         return gain / self.problem.policy.held_segments
 
 

@@ -64,7 +64,8 @@ def run_residual_tests(
     lines = tuple(tone.frequency_hz for tone in tones(time_s, whole, false_alarm=policy.spectrum_alarm)[:MOST_TONES])
     if lines:
         why.append("tones at " + ", ".join(f"{figure(f, 4)} Hz" for f in lines))
-    kurtosis = _kurtosis(residual, usable)
+    used = residual[usable > 0]
+    kurtosis = float(((used**4).mean(axis=0) / (used**2).mean(axis=0) ** 2).mean()) - 3
     if tails and kurtosis > policy.never_sigma * np.sqrt(24 / residual.size) + policy.tail_excess:
         why.append(f"heavy tails: excess kurtosis {kurtosis:.1f}")
     return ResidualTests(excess, lines, kurtosis, tuple(why))
@@ -110,9 +111,3 @@ def bridge_unused(time_s: Array, residual: Array, usable: Array) -> Array:
     if used.all() or not used.any():
         return residual
     return np.column_stack([np.interp(time_s, time_s[used], axis[used]) for axis in residual.T])
-
-
-def _kurtosis(residual: Array, usable: Array) -> float:
-    """Excess kurtosis of the usable samples, averaged over outputs."""
-    share = usable.sum() / len(usable)
-    return float(np.mean((residual**4).mean(axis=0) / (residual**2).mean(axis=0) ** 2 * share) - 3)

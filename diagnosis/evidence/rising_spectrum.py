@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import isotonic_regression
 from scipy.stats import chi2
 
@@ -49,14 +48,10 @@ class RisingSpectrum:
             return None
         above = np.zeros(len(remaining.f))
         above[slow:] = remaining.power[slow:] - np.minimum.accumulate(remaining.power[slow:])
-        within = _stretch(above > policy.quarter * above.max())
+        first, last = np.flatnonzero(above > policy.quarter * above.max())[[0, -1]]
         edges = np.append(np.sqrt(remaining.f[1:] * remaining.f[:-1]), 0.5 / interval_s)
-        low_hz, high_hz = edges[within.start - 1], edges[within.stop - 1]
-        return cls(
-            float(low_hz),
-            float(high_hz),
-            _hides(above * remaining.shape, taken.power * remaining.shape, within, policy),
-        )
+        hides = _hides(above, taken, slice(first, last + 1), policy)
+        return cls(float(edges[first - 1]), float(edges[last]), hides)
 
     @property
     def words(self) -> str:
@@ -64,16 +59,11 @@ class RisingSpectrum:
         return f"structure between {figure(self.low_hz, 2)} and {figure(self.high_hz, 2)} Hz"
 
 
-def _stretch(which: NDArray[np.bool_]) -> slice:
-    """Slice from the first to the last selected band of (m,)."""
-    first, last = np.flatnonzero(which)[[0, -1]]
-    return slice(int(first), int(last) + 1)
-
-
-def _hides(above: Array, taken: Array, within: slice, policy: Policy) -> bool:
-    """Whether most power (m,) of the names is in the range, and negligible beside the excess `above` (m,)."""
-    named, remaining = float(taken[within].sum()), float(above[within].sum())
-    return float(taken.sum()) / 2 < named < policy.fair_share * (named + remaining)
+def _hides(above: Array, taken: Bands, within: slice, policy: Policy) -> bool:
+    """Whether most power of the names is in the range, and negligible beside the excess density `above` (m,)."""
+    of_all, of_excess = taken.power * taken.shape, above * taken.shape
+    named, remaining = float(of_all[within].sum()), float(of_excess[within].sum())
+    return float(of_all.sum()) / 2 < named < policy.fair_share * (named + remaining)
 
 
 def _limited(values: Array, policy: Policy) -> tuple[Array, float]:

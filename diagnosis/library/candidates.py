@@ -16,7 +16,7 @@ from diagnosis.problem.model_effects import missing_inputs
 from scenarios.arrays import Array
 from sim.effects import EFFECTS
 from sim.effects.base import PLAIN, Effect
-from sim.effects.parameters import ACTIVE_WINDOW, Parameter, Window
+from sim.effects.parameters import ACTIVE_WINDOW, Window
 from sim.state import State
 from validation.signals.neighbours import as_iron_sees
 
@@ -95,12 +95,9 @@ class Candidate:
 
     def scaled(self, by: float) -> list[Candidate]:
         """The candidate with its listed number times and over a factor, where within bounds."""
-        moved = [(p, dict(self.nonlinear)[p.name] * f) for p in self._listed for f in (by, 1 / by)]
+        listed = [p for p in self.effect.parameters() if p.name in self.effect.search]
+        moved = [(p, dict(self.nonlinear)[p.name] * f) for p in listed for f in (by, 1 / by)]
         return [self.at({p.name: value}) for p, value in moved if p.low <= value <= p.high]
-
-    @property
-    def _listed(self) -> list[Parameter]:
-        return [p for p in self.effect.parameters() if p.name in self.effect.search]
 
     def columns(self, problem: LinearProblem) -> Array:
         """Columns E (n, q, k) of the problem."""

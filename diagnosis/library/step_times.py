@@ -22,18 +22,15 @@ def find_moments(problem: LinearProblem, residual: Array, candidate: Candidate) 
     """The candidate at the best step time for a residual (n, q) of the fitted base."""
     name = candidate.effect.with_role("moment")
     assert name is not None
-    free = _without_base(problem, residual)
+    B = problem.base.reshape(-1, problem.base.shape[-1])
+    y = residual.reshape(len(B), -1)
+    free = np.asarray(y - B @ (_inverse(problem) @ (B.T @ y))).reshape(residual.shape)
     if problem.mode == "vector":
         best = int(np.argmax(_gains(problem, free)))
     else:
-        best = _best_along_field(problem, free, candidate)
+        edge = max(2, int(len(free) * problem.policy.step_margin))
+        best = edge + int(np.argmax(_gains_along_field(problem, free, candidate.columns(problem))[edge:-edge]))
     return [candidate.at({name: float(problem.state.time_s[best])}, len(free))]
-
-
-def _without_base(problem: LinearProblem, residual: Array) -> Array:
-    B = problem.base.reshape(-1, problem.base.shape[-1])
-    y = residual.reshape(len(B), -1)
-    return np.asarray(y - B @ (_inverse(problem) @ (B.T @ y))).reshape(residual.shape)
 
 
 def _inverse(problem: LinearProblem) -> Array:
@@ -51,13 +48,6 @@ def _gains(problem: LinearProblem, residual: Array) -> Array:
     gain = (beyond_y**2).sum(axis=1) / np.maximum(size, 1e-9)
     gain[size < problem.policy.step_margin * size.max()] = 0.0
     return np.asarray(gain)
-
-
-def _best_along_field(problem: LinearProblem, residual: Array, candidate: Candidate) -> int:
-    """Sample of the best step observed along the field, beside the base."""
-    gain = _gains_along_field(problem, residual, candidate.columns(problem))
-    edge = max(2, int(len(residual) * problem.policy.step_margin))
-    return edge + int(np.argmax(gain[edge:-edge]))
 
 
 def _gains_along_field(problem: LinearProblem, residual: Array, E: Array) -> Array:

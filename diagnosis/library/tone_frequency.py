@@ -19,7 +19,9 @@ def find_tones(problem: LinearProblem, residual: Array, candidate: Candidate) ->
     name = candidate.effect.with_role("frequency")
     assert name is not None
     interval_s, policy = problem.state.interval_s, problem.policy
-    unit_nT = _drive(problem, candidate)[:, None, None] * np.eye(3)
+    motor = candidate.effect.with_role("motor")
+    drive_A = problem.state.current_of(dict(candidate.nonlinear).get(motor, 0)) if motor else np.ones(len(residual))
+    unit_nT = drive_A[:, None, None] * np.eye(3)
     weighted = np.einsum("nq,nqk->nk", residual, problem.whitened(unit_nT, candidate.effect))
     even = _in_slots(weighted, problem.state.time_s, interval_s)
     n = len(even)
@@ -38,14 +40,6 @@ def _in_slots(weighted: Array, time_s: Array, interval_s: float) -> Array:
     even = np.zeros((int(place[-1]) + 1, weighted.shape[1]))
     np.add.at(even, place, weighted)
     return even
-
-
-def _drive(problem: LinearProblem, candidate: Candidate) -> Array:
-    """Current (n,) of the candidate's motor, or the sum of all motors; one for a tone without a motor."""
-    name = candidate.effect.with_role("motor")
-    if name is None:
-        return np.ones(len(problem.recording))
-    return problem.state.current_of(dict(candidate.nonlinear).get(name, 0))
 
 
 def _between_lines(weighted: Array, time_s: Array, frequency_hz: float, line_hz: float) -> float:

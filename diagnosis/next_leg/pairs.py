@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
 
 from diagnosis.library.candidates import Candidate, iron_candidates, missing_channels
 from diagnosis.library.drivers import may_drive
@@ -44,9 +43,8 @@ class HypothesisPair:
         permanent, permanent_rivals = (
             [candidate.at({ACTIVE_WINDOW.name: None}) for candidate in candidates] for candidates in (own, rivals)
         )
-        return cls(
-            _without_window(cause.effect), _without_window(second), tuple(permanent), tuple(permanent_rivals), listed
-        )
+        first, second = (replace(effect, active_s=None) for effect in (cause.effect, second))
+        return cls(first, second, tuple(permanent), tuple(permanent_rivals), listed)
 
     def separation_nats(self, leg: LegProblem) -> float:
         """Nats by which a leg separates both hypotheses, whichever is true; zero if the leg shows one of them only.
@@ -119,9 +117,3 @@ def _settings(recording: LegProblem, name: str, true: Effect, window: Window) ->
         for candidate in listed
     ]
     return search_parameters(recording.problem, recording.without_base(recording.target(true)), candidates)
-
-
-def _without_window(effect: Effect) -> Effect:
-    """The effect without its window."""
-    values: dict[str, Any] = {p.name: getattr(effect, p.name) for p in effect.parameters()}
-    return type(effect)(**values)
