@@ -39,7 +39,7 @@ def fit_equally_well(effect: PooledEffect, settings: Settings, problems: Sequenc
     """
     best, listed = effect.pooled, [candidate for several in settings.values() for candidate in several]
     others = [candidate for candidate in listed if candidate.name != best.name]
-    rows = {i: best.here[i].baseline.rows for i in effect.present}
+    rows = {i: best.here[i].baseline.rows for i in effect.shown}
     gains = _fitted_gains(effect, [best.candidate, *others], problems)
 
     def is_close(candidate: Candidate) -> bool:
@@ -60,7 +60,7 @@ def _fitted_gains(
 
     One coefficient vector for all recordings, or one for each where the effect's coefficients differ.
     """
-    tests = {i: effect.pooled.here[i] for i in effect.present}
+    tests = {i: effect.pooled.here[i] for i in effect.shown}
     found = [
         estimates_beside(candidates, problems[i], one.baseline, one.hypothesis.noise_model) for i, one in tests.items()
     ]

@@ -50,6 +50,11 @@ class PooledEffect:
         return [i for i in self.pooled.here if self.presence[i] is Presence.PRESENT]
 
     @property
+    def shown(self) -> list[int]:
+        """Indices of the recordings that show the effect; of all with its causes where together they alone show it."""
+        return self.present or list(self.pooled.here)
+
+    @property
     def possible(self) -> dict[int, CoefficientEstimate]:
         """Coefficients in the recordings that hold the causes and do not exclude the effect."""
         return {i: one for i, one in self.pooled.estimates.items() if self.presence[i] is not Presence.ABSENT}
@@ -57,7 +62,7 @@ class PooledEffect:
     @property
     def strength(self) -> float:
         """Rms over the recordings with the effect, in units of the noise of each."""
-        return rms(np.array([self.pooled.here[i].strength for i in self.present or self.pooled.here]))
+        return rms(np.array([self.pooled.here[i].strength for i in self.shown]))
 
 
 def assess_transfer(pooled: PooledCandidate, needed: float, policy: Policy, named: Sequence[int] = ()) -> PooledEffect:

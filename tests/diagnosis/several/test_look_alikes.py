@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
@@ -15,6 +15,7 @@ from diagnosis.policy import STANDARD
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.several.look_alikes import fit_equally_well, look_alikes
 from diagnosis.several.pooled_test import CandidateInRecording, PooledCandidate
+from diagnosis.several.transfer import Presence
 from diagnosis.several.transfer import assess_transfer as reached
 from sim.effects import EFFECTS
 from sim.effects.base import Effect
@@ -74,6 +75,8 @@ def test_a_name_lists_what_fits_as_well_whatever_its_search_cost(size: float, na
     settings = {WARM.name: [WARM], DRIFT.name: [DRIFT.at({}, tried=10**6)], MOTOR.name: [MOTOR]}
     assert found.transfer is not None
     assert fit_equally_well(found, settings, problems) == names
+    weak = replace(found, presence=(Presence.UNDECIDED,) * 2)  # shown by none alone, but by all together
+    assert fit_equally_well(weak, settings, problems) == names
 
 
 NEAR_M, FAR_M = (60.0, 0.0, 0.0), (300.0, 0.0, 0.0)
