@@ -8,10 +8,9 @@ from calib.numerics.threads import one_thread
 from diagnosis.next_leg.advice import advised
 from diagnosis.question import Question
 from diagnosis.result import Diagnosis
-from diagnosis.several.array import diagnose_sensors
 from diagnosis.several.confirmation import confirmed
 from diagnosis.several.result import PooledDiagnosis
-from diagnosis.several.workflow import check_apart, diagnose_together
+from diagnosis.several.workflow import check_apart, diagnose_sensors, diagnose_together
 from diagnosis.sources import Source, of_one_array
 from diagnosis.workflow import diagnosis_of, examine
 from scenarios.errors import errors_relocated

@@ -15,9 +15,9 @@ from diagnosis.problem.array_sensor import model_of_sensor, of_sensor
 from diagnosis.problem.formulation import pose_model
 from diagnosis.question import Question
 from diagnosis.result import Transfer
-from diagnosis.several.array import diagnose_sensors, worst
-from diagnosis.several.result import PooledDiagnosis
+from diagnosis.several.result import PooledDiagnosis, worst
 from diagnosis.several.transfer import Presence
+from diagnosis.several.workflow import diagnose_sensors
 from diagnosis.sources import check_single, file_sources, of_one_array
 from diagnosis.verdict import Verdict
 from recordings import Recording, write_recording
