@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
 from reports.palette import AFTER, BEFORE, RAW, SOFT
-from reports.plots.style import clip_outliers, panels, time_scale
+from reports.plots.style import clip_outliers, label_decades, panels, time_scale
 from reports.presentation.diagnosis import PresentedDiagnosis
 from reports.presentation.series import GapSeries, block_length, block_means
 from scenarios.arrays import Array
@@ -98,10 +98,12 @@ def _draw_places(axis: Any, places_m: Array, size: Array, most: float) -> Any:
 
 
 def _label_plane(axis: Any, plane: list[int], title: str) -> None:
+    """Label a view; the limits of the only view of a row fill the row."""
+    alone = axis.get_subplotspec().get_gridspec().ncols == 1
     above = plane == [0, 1]
     axis.set(xlabel=f"{DIRECTIONS[plane[0]]} (m)", title=f"{'From above' if above else 'From the side'}, {title}")
     if above:
-        axis.set_aspect("equal")
+        axis.set_aspect("equal", adjustable="datalim" if alone else "box")
 
 
 def draw_spectrum(found: PresentedDiagnosis) -> Figure:
@@ -111,6 +113,7 @@ def draw_spectrum(found: PresentedDiagnosis) -> Figure:
     for side, colour, label in _sides(spectrum.before, spectrum.after):
         axis.loglog(spectrum.frequency_Hz, getattr(spectrum, side), color=colour, label=label)
     axis.axhline(spectrum.level, color=SOFT, linestyle="--", label="noise of a sample")
+    label_decades(axis.yaxis)
     axis.set(xlabel="frequency (Hz)", ylabel="nT/√Hz")
     axis.legend()
     return figure

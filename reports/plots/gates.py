@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, ScalarFormatter
+from matplotlib.ticker import MaxNLocator
 
 from reports.palette import INK, LINES, RAW
-from reports.plots.style import WIDTH_IN
+from reports.plots.style import WIDTH_IN, label_decades
 from validation.gates.gate_outcome import GateOutcome
 
 KEPT, OVER = LINES[0], LINES[1]
@@ -38,17 +38,11 @@ def _draw_values(axis: Any, outcome: GateOutcome) -> None:
         axis.axvline(where, color=OVER, linewidth=0.6, alpha=0.5, label=label)
     axis.axhline(gate.factor, color=INK, linewidth=1.0, linestyle="--", label="limit")
     if (outcome.values[finite] > 0).any():
-        _scale_by_decades(axis)
+        axis.set_yscale("log")
+        label_decades(axis.yaxis)
     unit = gate.unit or ("" if gate.kind == "limit" else f"x {gate.reference or 'baseline'}")
     axis.set_ylabel(", ".join(filter(None, (gate.score_definition.short, unit))))
     axis.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, borderaxespad=0.2)
-
-
-def _scale_by_decades(axis: Any) -> None:
-    axis.set_yscale("log")
-    axis.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axis.yaxis.set_major_formatter(ScalarFormatter())
-    axis.yaxis.set_minor_formatter(NullFormatter())
 
 
 def _draw_evidence(axis: Any, outcome: GateOutcome) -> None:

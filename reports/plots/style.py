@@ -13,13 +13,14 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure as Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from PIL import Image
 
 from reports.palette import INK, SOFT, phase_colours
 from scenarios.arrays import Array
 from validation.scoring.outcome import Outcome
 from validation.signals.thinning import envelope
-from validation.text import digits
+from validation.text import digits, plainly
 
 WIDTH_IN = 11.0
 DASHES = ("-", "--", ":", "-.")
@@ -69,6 +70,13 @@ def panels(
     """Return a new figure and its axes, as `Figure.subplots` gives them for rows and columns."""
     figure = Figure(figsize=(width_in, height_in), layout="constrained")
     return figure, figure.subplots(rows, columns, **shared)
+
+
+def label_decades(side: Any) -> None:
+    """Label 1, 2 and 5 of each decade of a logarithmic x or y axis, with all their digits."""
+    side.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    side.set_major_formatter(FuncFormatter(lambda value, _: plainly(value)))
+    side.set_minor_formatter(NullFormatter())
 
 
 def legend_at_right(axis: Any) -> None:
