@@ -25,12 +25,16 @@ const unpack = async (element) => {
   const packed = Uint8Array.from(atob(element.textContent), (sign) => sign.charCodeAt(0));
   return new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"))).text();
 };
-// On a narrow screen a finger scrolls the page; titles of panels are smaller, and phases above them are left out.
+// On a narrow screen a finger scrolls the page; titles of panels are smaller and end before a bracket, and phases above
+// them are left out.
 const fitNarrow = (layout) => {
   layout.dragmode = false;
   const above = (note) => `${note.yref}`.endsWith("domain") && note.y >= 1;
   layout.annotations = (layout.annotations ?? []).filter((note) => !above(note) || note.text.startsWith("<b>"));
-  for (const note of layout.annotations) note.font = { ...note.font, size: 9 };
+  for (const note of layout.annotations) {
+    note.font = { ...note.font, size: 9 };
+    if (above(note)) note.text = note.text.replace(/ {2,}\(.*\)/, "");
+  }
 };
 const draw = async (places) => {
   const library = document.createElement("script");
