@@ -10,7 +10,6 @@ import pytest
 from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation
 
-from diagnosis.evidence import along_field
 from diagnosis.evidence import slow_noise as slow_noise_module
 from diagnosis.evidence.along_field import is_attitude_error, power_share_along_field, within_stated_errors
 from diagnosis.evidence.baseline import Baseline
@@ -169,12 +168,15 @@ def test_a_wander_that_the_model_has_is_stated(name: str) -> None:
     assert pytest.approx(float(posed.sigma_nT.mean()), rel=0.1) == NOISE_NT
 
 
-@pytest.mark.parametrize(("share", "turns"), [(0.1, True), (0.14, False)])
-def test_an_error_of_the_attitude_has_an_eighth_along_the_field_at_most(
-    share: float, turns: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(along_field, "power_share_along_field", lambda *_: share)
-    assert is_attitude_error(problem(n=400), np.zeros((400, 3))) is turns
+@pytest.mark.parametrize(("share", "turns"), [(0.11, True), (0.14, False)])
+def test_an_error_of_the_attitude_has_an_eighth_along_the_field_at_most(share: float, turns: bool) -> None:
+    posed = problem(n=400)
+    along = posed.state.field_nT @ posed.turn.T
+    along = along / np.linalg.norm(along, axis=1, keepdims=True)
+    across = np.cross(along, [0.3, 0.4, 0.5])
+    across = across / np.linalg.norm(across, axis=1, keepdims=True)
+    off_nT = np.sqrt(share) * along + np.sqrt(1 - share) * across
+    assert is_attitude_error(posed, off_nT / posed.sigma_nT) is turns
 
 
 @pytest.mark.parametrize(("beyond", "wanders"), [(0.08, True), (0.12, False)])
