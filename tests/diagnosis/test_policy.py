@@ -40,7 +40,7 @@ GUARDS = {
     "level.py": {"LEAST_LEVEL"},
     "linear.py": {"LEAST_NOISE"},
     "coefficients.py": {"OPEN"},
-    "parameter_values.py": {"STEP"},
+    "common_effects.py": {"STEP"},
     "candidates.py": {"HEADROOM"},
     "step_times.py": {"PIECE", "OWN_NOISE", "LEAST_SHARE"},
     "drivers.py": {"ROUNDING", "LEAST_RANGE"},
@@ -58,7 +58,6 @@ GUARDS = {
     "chain.py": {"STEPS"},
     "refinement.py": {"ROUNDS", "CHAINS", "IMPOSSIBLE"},
     "squares.py": {"SAME", "SMALLEST_STEP", "DIFFERENCE", "FLOOR", "ROWS"},
-    "constancy.py": {"OPEN"},
     "model_effects.py": {"STEPS"},
     "noise_model.py": {"LEAST_POWER", "ROUNDS", "LEAST_WHITE", "LEAST_SLOW"},
 }
