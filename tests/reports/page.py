@@ -33,3 +33,17 @@ def plots(page: str) -> list[dict[str, Any]]:
 def figures(page: str) -> int:
     """Number of figures, those that zoom and those that are pictures."""
     return len(plots(page)) + without_scripts(page).count('src="data:image/')
+
+
+def faults(page: str) -> list[str]:
+    """What no page may have: no answer, no tool in the title, a raw backtick, a tile without a figure, 1.5 MB."""
+    seen = without_scripts(page)
+    words = re.sub(r"<(style|code|pre)>.*?</\1>|<[^>]*>", "", seen, flags=re.DOTALL)
+    found = {
+        "no answer": '<p class="answer' not in seen,
+        "no tool in the title": "magbench" not in seen.partition("</title>")[0],
+        "a raw backtick": "`" in words,
+        "a tile without a figure": bool(re.search(r'class="tile"><b>[–-]?\s*</b>', seen)),
+        "1.5 MB": len(page) > 1_500_000,
+    }
+    return [fault for fault, there in found.items() if there]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from reports.pages.comparison import Comparison, comparison_page, point_title
-from tests.reports.page import figures, plots, without_scripts
+from tests.reports.page import faults, figures, plots, without_scripts
 from tests.validation.comparison.example import table_of
 from validation.comparison.ranking import overall_sentence, rank_calibrators
 from validation.scoring.definitions import SCORE_DEFINITIONS
@@ -36,6 +36,7 @@ def test_the_first_sentence_is_the_answer(text):
 def test_needs_nothing_from_outside_and_escapes_names(text):
     assert not re.findall(r'(?:src|href)="(?!data:|#)', without_scripts(text))
     assert "<b>poor" not in without_scripts(text)
+    assert not faults(text)
 
 
 def test_each_point_has_its_pictures_and_the_sweep_one(text):

@@ -12,7 +12,7 @@ import pytest
 
 from reports.outputs.inspection import write_inspection
 from reports.pages.inspection import SECTIONS
-from tests.reports.page import figures, plain, read, without_scripts
+from tests.reports.page import faults, figures, plain, read, without_scripts
 from tests.validation.inspection.recordings import FIELD_ENU_NT, moved, noise
 from validation.inspection.inspection import Inspection, inspect_file, summary
 
@@ -48,6 +48,7 @@ def test_every_finding_is_on_the_page(written: tuple[Inspection, Path]) -> None:
     assert all(plain(finding.text) in text for finding in found.findings)
     assert "a&lt;b&gt;.csv" in page
     assert "a<b>" not in page
+    assert not faults(page)
 
 
 def test_the_page_needs_nothing_from_outside(written: tuple[Inspection, Path]) -> None:
