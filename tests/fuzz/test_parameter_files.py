@@ -63,6 +63,15 @@ def test_parameter_files(form: str, place: Path, times: int) -> None:
     fuzz(st.lists(broken_bytes | words, min_size=1, max_size=3).map(tuple), check, CASES, times)
 
 
+@pytest.mark.parametrize("form", FORMS[1:])
+def test_a_number_beyond_all_fields_is_refused(form: str, place: Path) -> None:
+    """In the place of each number: finite, and a product with its unit is not."""
+    file, whole = place / f"large{Path(form).suffix}", (place / form).read_bytes()
+    for at in range(20):
+        file.write_bytes(Word(at, "1e308").to(whole))
+        hold(place / "out", "recheck", str(file), str(place / "log.parquet"), "--field-strength-nT", "49000", "--json")
+
+
 def test_both_arguments_may_be_anything(place: Path) -> None:
     for k, (old, new) in enumerate((("log.parquet", "log.parquet"), ("px4.params", "px4.params"))):
         assert hold(place / f"out{k}", "recheck", str(place / old), str(place / new), "--json") == 2

@@ -18,6 +18,8 @@ UNIT_OPTION, NORM_OPTION = "--old-unit", "--old-norm"
 NUMBER = r"[-+]?(?:\d{1,40}\.?\d{0,40}|\.\d{1,40})(?:[eE][-+]?\d{1,4})?"
 BETWEEN = r"(?:[\s,;:\[\]{}()|]|-(?=\s)){0,99}"
 """What stands between the numbers of a vector or matrix, in C, Python, YAML and print-outs."""
+LARGEST = 1e30
+"""Largest number of a file: products of units, offsets and matrices stay finite."""
 COMMENTS = re.compile(r"/\*.*?(?:\*/|\Z)|//[^\n]*|#[^\n]*", re.DOTALL)
 GAINS = (0.2, 5.0)
 """Mean gain of a matrix between equal units: ArduPilot's limits of COMPASS_DIA."""
@@ -43,7 +45,7 @@ class FileScale:
         if unit is None or unit in UNITS["mag"]:
             return cls(None if unit is None else UNITS["mag"][unit][0], norm, strength_nT)
         size = re.fullmatch(rf"counts?=({NUMBER})", unit)
-        if size is None or not 0 < float(size[1]) < np.inf:
+        if size is None or not 0 < float(size[1]) <= LARGEST:
             known = ", ".join((*UNITS["mag"], "counts=NT_A_COUNT"))
             raise InputError(f"{unit!r} is no unit", where=UNIT_OPTION, do=f"choose among {known}")
         return cls(float(size[1]), norm, strength_nT)
@@ -62,13 +64,13 @@ class FileText:
         return InputError(what, where=self.where, do=do)
 
     def number(self, name: str, text: str) -> float:
-        """Return a parameter's value; InputError for anything but a finite number."""
+        """Return a parameter's value; InputError for anything but a number up to LARGEST."""
         try:
             value = float(text)
         except ValueError:
             value = np.nan
-        if not np.isfinite(value):
-            raise self.fail(f"{name}: {text[:40]!r} is not a number")
+        if not abs(value) <= LARGEST:
+            raise self.fail(f"{name}: {text[:40]!r} is not a number up to {LARGEST:g}")
         return value
 
     def unit_nT(self) -> float:
@@ -108,8 +110,8 @@ class FileText:
             return None
         if any(not np.array_equal(values[0], other) for other in values[1:]):
             raise self.fail("holds several calibrations", "keep the lines of one of them")
-        if not np.isfinite(values[0]).all():
-            raise self.fail("holds numbers that are not finite")
+        if not (np.abs(values[0]) <= LARGEST).all():
+            raise self.fail(f"holds numbers beyond {LARGEST:g}")
         return values[0]
 
 
