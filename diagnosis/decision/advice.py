@@ -70,8 +70,9 @@ def fly_other_motion(diagnosis: Diagnosis) -> Iterator[str]:
     """Effects absorbed by the base need another motion, unless the station is fixed."""
     if diagnosis.absorbed and diagnosis.problem.turns:
         yield (
-            f"On this motion {', '.join(diagnosis.absorbed)} can hardly be distinguished from hard and soft iron, and "
-            "bias both; fly turns at different rates with changing roll and pitch (a spiral both ways, then a comb)."
+            f"On this motion {', '.join(diagnosis.absorbed)} can hardly be distinguished from hard and soft iron, "
+            "whose fit takes a part of such an effect; fly turns at different rates with changing roll and pitch "
+            "(a spiral both ways, then a comb)."
         )
 
 

@@ -152,7 +152,7 @@ def describe_effect(
     driver, whose = _drivers(cause, logged or {})
     unit = parameter.unit.replace("/A", " per unit") if driver else parameter.unit
     size = (" on average" if straight is not cause.effect else "") + (
-        f", {figure(cause.strength, 2)} sigma" if cause.strength else ""
+        f", {figure(cause.strength, 2)} times the noise" if cause.strength else ""
     )
     return f"{cause.name}{either}{driver}{when}: {parameter.name}{whose} {value} {unit}".rstrip() + size
 

@@ -30,7 +30,7 @@ from tests.diagnosis.synthetic import problem, recording
 
 def test_the_sentence_says_cause_size_and_share() -> None:
     told = sentence_for(diagnosis_of(Verdict.NAMED, FOUND))
-    assert told.startswith(f"Missing in the model: {DRIVEN.name}: {DRIVEN.linear[0]} (1, 0, 0) nT/A, 1 sigma")
+    assert told.startswith(f"Missing in the model: {DRIVEN.name}: {DRIVEN.linear[0]} (1, 0, 0) nT/A, 1 times the noise")
     assert "97 % of the gap of 19.9 nT beyond 2.00 nT of noise explained on held-out data" in told
     unknown = sentence_for(diagnosis_of(Verdict.UNKNOWN, where=(ChannelShare("pump", "body", 0.5),)))
     assert "means over 5 s" in unknown
@@ -94,8 +94,8 @@ def test_of_a_bent_line_the_sentence_tells_the_slope_over_what_was_seen() -> Non
     given = replace(recording(), current_A=np.linspace(0.0, 2.0, 4000)[:, None])
     bent = DRIVEN(gain_nT_A=(2.0, 0.0, 0.0), square_nT_A2=(-3.0, 0.0, 0.0), cube_nT_A3=(1.0, 0.0, 0.0), motor=1)
     found = diagnosis_of(Verdict.NAMED, replace(FOUND, effect=bent), problem=problem(given))
-    told = re.search(rf"{DRIVEN.linear[0]} \((.*), 0, 0\) nT/A on average, 1 sigma", sentence_for(found))
+    told = re.search(rf"{DRIVEN.linear[0]} \((.*), 0, 0\) nT/A on average, 1 times the noise", sentence_for(found))
     assert told is not None
     assert float(told[1]) == pytest.approx(-0.4, abs=1e-3)
     plain = replace(FOUND, effect=DRIVEN(gain_nT_A=(2.0, 0.0, 0.0), motor=1))
-    assert f"{DRIVEN.linear[0]} (2, 0, 0) nT/A, 1 sigma" in sentence_for(replace(found, named=(plain,)))
+    assert f"{DRIVEN.linear[0]} (2, 0, 0) nT/A, 1 times the noise" in sentence_for(replace(found, named=(plain,)))

@@ -41,8 +41,8 @@ def test_how_far_an_effect_reaches_in_words(transfer, presence, words, of_sensor
 def test_the_sentence_names_effect_reach_and_share() -> None:
     found = pooled_sentence(pooled(common(ALL)))
     assert found == (
-        "Missing in the model: motor_current: gain_nT_A (3, 0, 0) nT/A, 2 sigma, the same in all 3 recordings; in each "
-        "recording the others' coefficients explain 92 % of the gap; the residual is clean."
+        "Missing in the model: motor_current: gain_nT_A (3, 0, 0) nT/A, 2 times the noise, the same in all 3 "
+        "recordings; in each recording the others' coefficients explain 92 % of the gap; the residual is clean."
     )
     both = pooled_sentence(pooled(common(DIFFERS), common(ALL)))
     assert both.count("motor_current") == 2
@@ -74,7 +74,7 @@ def test_events_of_one_recording_are_told_beside() -> None:
     direct = replace(jump, kind=EvidenceKind.DIRECT)
     each = (own(named=(motor(),)), own(named=(motor(), jump)), own(named=(direct,)))
     found = pooled_sentence(pooled(common(ALL), each=each))
-    assert "second alone has offset_jump at 40.00 s: step_nT (5, 0, 0) nT, 2 sigma." in found
+    assert "second alone has offset_jump at 40.00 s: step_nT (5, 0, 0) nT, 2 times the noise." in found
     assert found.count("alone has") == 1
 
 
