@@ -163,7 +163,8 @@ def _sides(before: Array, after: Array) -> Sides:
 def _binned(channel: Array, values: Array) -> tuple[Array, Array]:
     """Return the means of channel and values over stretches of equal width that hold LEAST_IN_BIN values."""
     known = np.isfinite(values) & np.isfinite(channel)
-    edges = np.linspace(*np.quantile(channel[known], ENDS), BINS + 1) if known.any() else np.zeros(1)
+    low, high = np.quantile(channel[known], ENDS) if known.any() else (0.0, 0.0)
+    edges = np.linspace(low, high, BINS + 1 if known.any() else 1)
     place = np.where(known, np.searchsorted(edges, channel, side="right"), 0)
     parts = [part for number in range(1, len(edges)) if (part := place == number).sum() >= LEAST_IN_BIN]
     return tuple(np.array([of[part].mean() for part in parts]) for of in (channel, values))  # type: ignore[return-value]
