@@ -166,9 +166,9 @@ def search_price(tried: int, k: int, policy: Policy) -> float:
 def _tried(baseline: Baseline, settings: Sequence[Candidate]) -> Iterable[_Tried]:
     """Settings whose columns are finite and not zero, with their fits."""
     for setting in settings:
-        columns = setting.columns(baseline.problem)
-        if np.isfinite(columns).all() and np.abs(columns).max() > 0:
-            joint = baseline.sums_with(columns)
+        joint = baseline.sums_with(setting.columns(baseline.problem))
+        power = np.einsum("fkk->k", joint.EE[:, baseline.sums.width :, baseline.sums.width :])
+        if np.isfinite(power).all() and power.any():
             yield _Tried(setting, joint, fit(joint, baseline.all_folds))
 
 

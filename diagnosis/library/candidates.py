@@ -281,8 +281,9 @@ def _is_measured(effect: type[Effect], problem: LinearProblem) -> bool:
     """Whether the inputs of an effect are recorded, and the path is long enough for an effect of position."""
     if missing_channels(effect, problem):
         return False
-    extent_m = np.ptp(problem.state.pos_enu_m, axis=0).max()
-    return "position" not in effect.needs or bool(extent_m >= problem.policy.least_path_m)
+    if "position" not in effect.needs:
+        return True
+    return bool(np.ptp(problem.state.pos_enu_m, axis=0).max() >= problem.policy.least_path_m)
 
 
 def _above_noise(effect: type[Effect], name: str, problem: LinearProblem) -> tuple[Any, ...]:

@@ -16,11 +16,12 @@ from diagnosis.problem.relative import recorded_reference, relative_problem
 from diagnosis.problem.repeated_attitude import ContinuousAttitude, interpolate_attitude
 from diagnosis.problem.strength import strength_problem
 from diagnosis.problem.track import FieldTrack
-from diagnosis.problem.vector import vector_problem, with_attitude_std
+from diagnosis.problem.vector import motion_of, vector_problem, with_attitude_std
 from recordings import Recording
 from scenarios.arrays import Array
 from scenarios.errors import InputError
 from scenarios.spec import FieldSpec
+from sim.chain import apply_deterministic
 from sim.effects import EFFECTS
 from sim.effects.base import Effect
 from sim.effects.chain_position import without_iron
@@ -103,6 +104,15 @@ def pose_model(
     known = iron_known and not (problem.still or problem.relative)
     stated = replace(problem, iron_known=known, attitude_delay_s=navigation.attitude_delay_s)
     return with_attitude_std(stated, float(np.radians(stated_deg)))
+
+
+def simulated_nT(recording: Recording, model: Model, policy: Policy = STANDARD) -> Array:
+    """The field (n, 3) that a model with a field gives along the recorded attitude, without any fit."""
+    assert model.field is not None
+    track, steady = FieldTrack.of(recording, model.field), interpolate_attitude(recording, policy).recording
+    in_time, _ = moved_attitude(steady, model.navigation.attitude_delay_s)
+    state = motion_of(in_time, _field_enu_nT(model.field, track), policy, track)
+    return apply_deterministic(model.chain(), state)[0]
 
 
 def pose_again(

@@ -41,7 +41,7 @@ def vector_problem(
     The model's effects beyond iron are subtracted, each behind the fitted iron: a free matrix on the whole prediction
     would span a motor's field in the body frame and take a wrong gain for iron.
     """
-    state = _state(recording, field_enu_nT, policy, track)
+    state = motion_of(recording, field_enu_nT, policy, track)
     smooth = [effect for effect in effects if not effect.traits.converter]
     beyond_nT = beyond_iron_nT(smooth, state)
     problem = _posed(recording, state, effects, beyond_nT, policy, track)
@@ -88,7 +88,7 @@ def _posed(
     )
 
 
-def _state(recording: Recording, field_enu_nT: Array, policy: Policy, track: FieldTrack | None) -> State:
+def motion_of(recording: Recording, field_enu_nT: Array, policy: Policy, track: FieldTrack | None) -> State:
     """State of the recorded motion, ``dT/dt = R^T dF/dt - w x T``, F the field along the track."""
     assert recording.att_q is not None
     rate = quieter_rate(recording, policy)

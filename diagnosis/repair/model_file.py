@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from diagnosis.problem.formulation import pose_model
+from diagnosis.problem.formulation import simulated_nT
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.repair.new_model import StandIn
 from diagnosis.result import Diagnosis
@@ -46,8 +46,7 @@ def resimulated_rms_nT(recording: Recording, model: Scenario, end: LinearProblem
         return None
     kind = ModelSpec if isinstance(model, StandIn) else Scenario
     read = kind.model_validate(parsed_toml(written_model(model), "model.toml", "report the model"))
-    posed = pose_model(recording, read, None, None, policy=end.policy)
-    return rms((posed.recording.mag_nT - posed.predicted_nT)[np.asarray(end.usable > 0)])
+    return rms((recording.mag_nT - simulated_nT(recording, read, end.policy))[np.asarray(end.usable > 0)])
 
 
 def model_diff(diagnosis: Diagnosis) -> tuple[str, ...]:
