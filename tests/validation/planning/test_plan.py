@@ -12,6 +12,7 @@ import pytest
 import magbench
 from reports.outputs.plan import write_plan
 from reports.pages.plan import plan_page
+from reports.pages.typeset import coded
 from scenarios.errors import InputError
 from scenarios.toml import as_dict
 from sim.scenario import Scenario, load
@@ -67,7 +68,7 @@ def test_a_few_pushes_are_judged_by_the_flight_and_against_both_limits() -> None
     assert found.met is (found.error <= 1e3)
     assert "remains in place" in headline(found)
     shown = plan_page(found)
-    assert all(cell in shown for row in limits(found) for cell in row)
+    assert all(coded(cell) in shown for row in limits(found) for cell in row)
     alone = _flown(LegSelection(task, legs[:1], 60.0, 1.0), None)
     assert alone.scenario.summary.endswith(f": an attitude in {alone.time_s:.0f} s")
 
