@@ -23,8 +23,8 @@ LIMITS = [f.name for f in fields(Policy) if f.name not in {f.name for f in field
 class WatchedNumber(float):
     """A number that notes each comparison in a diagnosis that its value times a factor would turn.
 
-    A product, quotient, sum or power of it with a plain number is watched too. Arrays are given its value, but their
-    comparisons with it are watched.
+    A product, quotient, sum or power with a plain number is watched too, and the comparison of an array with either. What
+    becomes of its value in a function, or in arithmetic with an array, is not.
     """
 
     __array_priority__ = 1e6  # an array or a numpy number on the left leaves the comparison to this class
