@@ -23,7 +23,7 @@ LIMITS = [f.name for f in fields(Policy) if f.name not in {f.name for f in field
 class WatchedNumber(float):
     """A number that notes each comparison in a diagnosis that its value times a factor would turn.
 
-    A product, quotient, sum or power with a plain number is watched too, and the comparison of an array with either. What
+    A product, quotient, sum or power with a plain number is watched too, and an array compared with either. What
     becomes of its value in a function, or in arithmetic with an array, is not.
     """
 
