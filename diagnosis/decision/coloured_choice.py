@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from diagnosis.decision.screening import Screening
+from diagnosis.decision.screening import screen
 from diagnosis.decision.white_choice import (
     AcceptedEffect,
     RoundResult,
@@ -28,6 +28,7 @@ from diagnosis.evidence.rivals import (
     winning_rival,
     with_attitude_wander,
 )
+from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
 from sim.effects import EFFECTS
 
@@ -60,31 +61,36 @@ def choose_coloured(
 
     A single noise model for all candidates would absorb an effect, or take one for granted. start : the baseline
     without effects, whose gap defines shares. windowed : candidates acting in a part of the run. fuller : candidates
-    with a form from the start, each replacing the plain one where it gains more. beyond : finds a second effect next to
-    a refused one.
+    with a form from the start, each replacing the plain one where it gains more. find_next : finds a second effect next
+    to a refused one.
     """
-    policy, beside = baseline.problem.policy, ColouredBaseline.of(baseline.problem, baseline.accepted_columns)
-    screening = Screening.of([*ranking, *fuller], beside, baseline)
-    order, most = screening.order(baseline, start), policy.tried_coloured
-    tried = sorted((screening.best_fit(index, beside) for index in order[:most]), key=lambda fit: -fit.gain)
-    tried = [*_stronger_in_window(windowed, tried, beside, baseline), *tried]
-    trials = _run_trials(CandidateTest(baseline, beside, start, is_clean, find_next), tried)
+    beside = ColouredBaseline.of(baseline.problem, baseline.accepted_columns)
+    fits, screened = screen([*ranking, *fuller], beside, baseline, start)
+    fits = [*_stronger_in_window(windowed, fits, beside, baseline), *fits]
+    trials = _run_trials(CandidateTest(baseline, beside, start, is_clean, find_next), fits)
+    results = _results(trials, fits, screened, baseline.problem.policy)
+    if not trials or trials[-1].refusal:
+        return RoundResult.of(None, results)
+    chosen = _accepted_effect(trials[-1], fits[len(trials) :], beside)
+    if trials[-1].attitude_suffices:  # attitude errors are look-alikes
+        names = dict.fromkeys(evidence.name for evidence in (*ranking, *fuller))
+        chosen = chosen.listing(*(name for name in names if name in TURNS))
+    return RoundResult.of(chosen, results)
+
+
+def _results(
+    trials: list[CandidateTrial],
+    fits: Sequence[CandidateFit],
+    screened: Sequence[tuple[Evidence, float]],
+    policy: Policy,
+) -> list[CandidateResult]:
+    """Results of all candidates; those not tested have the inflation, and fits the need, of the last test."""
+    tests = [*trials, *trials[-1:] * (len(fits) - len(trials))]
     inflation = trials[-1].inflation if trials else 1.0
-    screened = [
-        CandidateResult(screening.candidates[i], float(screening.nats[i]) / inflation, policy.coloured_nats, "")
-        for i in order[most:]
-    ]
-    chosen = _accepted_effect(trials, tried, beside, screening.candidates)
-    return RoundResult.of(chosen, [*_results(trials, tried), *screened])
-
-
-def _results(trials: Sequence[CandidateTrial], tried: Sequence[CandidateFit]) -> list[CandidateResult]:
-    """Results of the fitted candidates; the untested ones have the inflation and the need of the last test."""
-    tests = (trials[min(i, len(trials) - 1)] for i in range(len(tried)))
     return [
         CandidateResult(fit.evidence, fit.gain / test.inflation, test.needed, test.refusal if test.fit is fit else "")
-        for fit, test in zip(tried, tests, strict=True)
-    ]
+        for fit, test in zip(fits, tests, strict=True)
+    ] + [CandidateResult(evidence, nats / inflation, policy.coloured_nats, "") for evidence, nats in screened]
 
 
 def _stronger_in_window(
@@ -126,10 +132,6 @@ class CandidateTrial:
     refusal: str
     attitude_suffices: bool = False
 
-    def inflated(self, fit: CandidateFit) -> Evidence:
-        """Evidence of a fit with the inflation of this test."""
-        return replace(fit.evidence, gain=fit.gain, V=self.inflation)
-
 
 @dataclass(frozen=True)
 class CandidateTest:
@@ -146,92 +148,78 @@ class CandidateTest:
         """The coloured baseline with a wandering attitude added."""
         return with_attitude_wander(self.coloured_baseline, self.baseline.problem)
 
+    def of(self, fit: CandidateFit) -> CandidateTrial:
+        """Test one candidate."""
+        problem, policy, candidate = self.baseline.problem, self.baseline.problem.policy, fit.evidence.candidate
+        after = self.baseline.with_columns(candidate.columns(problem))
+        coloured = not self.is_clean(after, fit.evidence.name)
+        needed = policy.coloured_nats if coloured else policy.accepted(len(EFFECTS))
+        inflation, refusal = beyond_chance(fit, self.coloured_baseline, problem, needed)
+        refusal = (
+            refusal
+            or self._refusal_in_colour(fit.evidence, after, coloured)
+            or self._refusal_along_the_field(fit, after, coloured)
+            or winning_rival(fit, self.baseline, self.coloured_baseline, coloured=coloured)
+            or self._refusal_by_wander(fit, after, coloured)
+        )
+        # a field that does nothing along the field may be a smooth attitude error
+        may_be_attitude = candidate.effect.traits.field_source and not (refusal or coloured)
+        across = may_be_attitude and not explains_along_field(self.baseline, after, candidate.tried)
+        suffices = across and attitude_suffices(fit, self.baseline, self.coloured_baseline)
+        return CandidateTrial(fit, inflation, coloured, needed, refusal, suffices)
+
     def is_accepted_with_another(self, fit: CandidateFit, refusal: str) -> bool:
         """Whether a refused candidate is accepted together with the next effect, chosen with the candidate fitted.
 
         Of two effects the larger may be refused for the residual of the smaller: alone neither is accepted, together
         both are. Two effects on the field may both be pieces of an attitude error and do not support each other.
         """
-        problem = self.baseline.problem
+        problem, first = self.baseline.problem, fit.evidence.candidate
         if self.find_next is None:
             return False
-        second = self.find_next(self.baseline.with_columns(fit.evidence.candidate.columns(problem)), fit.evidence)
-        if second is None or second.name == fit.evidence.name:
+        second = self.find_next(self.baseline.with_columns(first.columns(problem)), fit.evidence)
+        if second is None or second.name == first.name:
             return False
-        if refusal in ATTITUDE_REFUSALS and _acts_on_field(second.evidence) and _acts_on_field(fit.evidence):
+        stages = {first.effect.stage, second.evidence.candidate.effect.stage}
+        if refusal in ATTITUDE_REFUSALS and stages == {"field"}:
             return False
         baseline = self.baseline.with_columns(second.columns(problem))
-        test = CandidateTest(
-            baseline, ColouredBaseline.of(problem, baseline.accepted_columns), self.start, self.is_clean
-        )
-        return not test.of(test.coloured_baseline.fit_candidate(fit.evidence, fit.columns)).refusal
+        beside = ColouredBaseline.of(problem, baseline.accepted_columns)
+        test = CandidateTest(baseline, beside, self.start, self.is_clean)
+        return not test.of(beside.fit_candidate(fit.evidence, fit.columns)).refusal
 
-    def of(self, fit: CandidateFit) -> CandidateTrial:
-        """Test one candidate."""
-        policy = self.baseline.problem.policy
-        with_candidate = self.baseline.with_columns(fit.evidence.candidate.columns(self.baseline.problem))
-        coloured = not self.is_clean(with_candidate, fit.evidence.name)
-        needed = policy.coloured_nats if coloured else policy.accepted(len(EFFECTS))
-        inflation, refusal = beyond_chance(fit, self.coloured_baseline, self.baseline.problem, needed)
-        refusal = refusal or self._refusal(fit, with_candidate, needed, coloured=coloured)
-        turned = not (refusal or coloured) and self._is_attitude(fit, with_candidate)
-        return CandidateTrial(fit, inflation, coloured, needed, refusal, turned)
-
-    def _refusal(self, fit: CandidateFit, with_candidate: Baseline, needed: float, *, coloured: bool) -> str:
-        """Reason why a candidate with enough evidence is no cause, empty if none."""
-        return (
-            (self._refusal_in_colour(fit.evidence, with_candidate) if coloured else "")
-            or self._refusal_along_the_field(fit, with_candidate, coloured)
-            or winning_rival(fit, self.baseline, self.coloured_baseline, coloured=coloured)
-            or (self._refusal_by_wander(fit, with_candidate, needed) if coloured else "")
-        )
-
-    def _refusal_in_colour(self, evidence: Evidence, with_candidate: Baseline) -> str:
+    def _refusal_in_colour(self, evidence: Evidence, after: Baseline, coloured: bool) -> str:
         """Refuse a candidate of low survival, which imitates attitude errors, and a small share of the gap."""
         problem = self.baseline.problem
+        if not coloured:
+            return ""
         turns = problem.turns and not {"attitude", "rate"}.isdisjoint(evidence.candidate.effect.needs)
         if turns and evidence.survival < problem.policy.hardly_any:
             return NOT_SHOWN_BY_MOTION
-        added = added_share(self.start, self.baseline, with_candidate.squares)
+        added = added_share(self.start, self.baseline, after.squares)
         return SMALL_SHARE_ADDED if added < problem.policy.trace else ""
 
-    def _refusal_by_wander(self, fit: CandidateFit, with_candidate: Baseline, needed: float) -> str:
-        """Refuse a part of an attitude error; a source explaining the part along the field is exempt."""
-        source = fit.evidence.candidate.effect.traits.field_source and with_candidate.problem.compares_across
-        if source and self._explains_along_field(with_candidate, needed):
-            return ""
-        return ATTITUDE_WANDER if wander_wins(fit, self.wander, needed) else ""
-
-    def _explains_along_field(self, with_candidate: Baseline, needed: float) -> bool:
-        """Whether the part along the field is explained by enough evidence; a wandering attitude has no such part."""
-        enough = share_along_field(self.baseline, with_candidate) > with_candidate.problem.policy.along_share
-        return enough and gain_along_field(self.baseline, with_candidate) > needed
-
-    def _is_attitude(self, fit: CandidateFit, with_candidate: Baseline) -> bool:
-        """Whether a candidate field does nothing along the field that a smooth attitude error would not do."""
-        candidate = fit.evidence.candidate
-        if not candidate.effect.traits.field_source or explains_along_field(
-            self.baseline, with_candidate, candidate.tried
-        ):
-            return False
-        return attitude_suffices(fit, self.baseline, self.coloured_baseline)
-
-    def _refusal_along_the_field(self, fit: CandidateFit, with_candidate: Baseline, coloured: bool) -> str:
+    def _refusal_along_the_field(self, fit: CandidateFit, after: Baseline, coloured: bool) -> str:
         """Refuse an error of the attitude: no gain along the field in a coloured residual, or a loss there in any."""
         problem, candidate = self.baseline.problem, fit.evidence.candidate
         source = candidate.effect.traits.field_source
         if not problem.compares_across or not (coloured or source):
             return ""
         may_be_attitude = source or problem.level is not None  # errors of roll and pitch may explain all of the dip
-        if coloured and may_be_attitude and not explains_along_field(self.baseline, with_candidate, candidate.tried):
+        if coloured and may_be_attitude and not explains_along_field(self.baseline, after, candidate.tried):
             return NO_GAIN_ALONG_FIELD
-        if gain_along_field(self.baseline, with_candidate) < -problem.policy.apart:
-            return LOSS_ALONG_FIELD
-        return ""
+        return LOSS_ALONG_FIELD if gain_along_field(self.baseline, after) < -problem.policy.apart else ""
 
-
-def _acts_on_field(evidence: Evidence) -> bool:
-    return evidence.candidate.effect.stage == "field"
+    def _refusal_by_wander(self, fit: CandidateFit, after: Baseline, coloured: bool) -> str:
+        """Refuse a part of an attitude error; a source explaining enough along the field, where a wander has no part,
+        is exempt.
+        """
+        needed = after.problem.policy.coloured_nats
+        source = fit.evidence.candidate.effect.traits.field_source and after.problem.compares_across
+        enough = source and share_along_field(self.baseline, after) > after.problem.policy.along_share
+        if enough and gain_along_field(self.baseline, after) > needed:
+            return ""
+        return ATTITUDE_WANDER if coloured and wander_wins(fit, self.wander, needed) else ""
 
 
 def _run_trials(test: CandidateTest, tried: Sequence[CandidateFit]) -> list[CandidateTrial]:
@@ -254,42 +242,24 @@ def _run_trials(test: CandidateTest, tried: Sequence[CandidateFit]) -> list[Cand
 
 
 def _accepted_effect(
-    trials: Sequence[CandidateTrial],
-    tried: Sequence[CandidateFit],
-    beside: ColouredBaseline,
-    ranking: Sequence[Evidence],
-) -> AcceptedEffect | None:
-    """The accepted candidate, or the simplest of those as good, with its look-alikes.
-
-    Attitude errors are look-alikes where these suffice.
-    """
-    if not trials or trials[-1].refusal:
-        return None
-    trial, policy = trials[-1], beside.rows.policy
-    as_good, alike = _close_candidates(trial, tried[len(trials) :], beside)
-    chosen = select_simplest(as_good, policy)
-    accepted = AcceptedEffect(chosen, alternatives_to(chosen, [*as_good, *alike], policy), trial.needed)
-    turns = (evidence.name for evidence in ranking if evidence.name in TURNS)
-    return accepted.listing(*turns) if trial.attitude_suffices else accepted
-
-
-def _close_candidates(
     trial: CandidateTrial, untested: Sequence[CandidateFit], beside: ColouredBaseline
-) -> tuple[list[Evidence], list[Evidence]]:
-    """The best with the candidates as good, and further look-alikes in coloured noise; all useless beside the best."""
-    policy, best, gain = beside.rows.policy, trial.inflated(trial.fit), trial.fit.gain
+) -> AcceptedEffect:
+    """The accepted candidate, or the simplest of those as good, with the look-alikes; all useless beside the best."""
+    policy, fit = beside.rows.policy, trial.fit
+    best = replace(fit.evidence, gain=fit.gain, V=trial.inflation)
     if trial.coloured:
         form, simpler, near = policy.same_family_coloured, policy.same_family, policy.same_coloured
     else:
         form, near = policy.same_family, 0.0
         simpler = policy.same_family if trial.attitude_suffices else policy.same_constant
-    as_good, alike = [best], []
-    for fit in untested:
-        evidence = trial.inflated(fit)
-        good, close = is_as_good(evidence, best, policy, form, simpler), gain - fit.gain < near * gain
-        useless = (good or close) and beside.remaining_share(fit, trial.fit) < policy.half
+    as_good, alike = [best], list[Evidence]()
+    for other in untested:
+        evidence = replace(other.evidence, gain=other.gain, V=trial.inflation)
+        good, close = is_as_good(evidence, best, policy, form, simpler), fit.gain - other.gain < near * fit.gain
+        useless = (good or close) and beside.remaining_share(other, fit) < policy.half
         if (good and useless) or is_channel_equivalent(evidence, best, policy):
             as_good.append(evidence)
         elif useless:
             alike.append(evidence)
-    return as_good, alike
+    chosen = select_simplest(as_good, policy)
+    return AcceptedEffect(chosen, alternatives_to(chosen, [*as_good, *alike], policy), trial.needed)

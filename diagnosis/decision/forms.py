@@ -36,9 +36,11 @@ def complete_forms(
     """
     out = _drop_unsupported_forms(accepted, start)
     clean = tests(_baseline_with(out, start)).clean
-    for i in reversed(range(len(out))):
-        if not clean:
-            out[i], clean = _add_forms(out, i, start, tests)
+    for i in reversed(range(len(out) if not clean else 0)):
+        others = _baseline_with((*out[:i], *out[i + 1 :]), start)
+        while not clean and (fuller := _best_form(others, out[i].evidence)) is not None:
+            out[i] = replace(out[i], evidence=fuller)
+            clean = tests(others.with_columns(out[i].columns(start.problem))).clean
     for effects in (_drop_unsupported_forms(out, start), out) if clean else (out,):
         baseline = _baseline_with(effects, start)
         after = tests(baseline)
@@ -47,50 +49,27 @@ def complete_forms(
     return effects, baseline, after
 
 
-def _add_forms(
-    accepted: Sequence[AcceptedEffect], i: int, start: Baseline, tests: ResidualTester
-) -> tuple[AcceptedEffect, bool]:
-    """Add supported forms to one of several effects until the residual is clean; return effect and cleanness."""
-    effect, clean = accepted[i], False
-    others = _baseline_with((*accepted[:i], *accepted[i + 1 :]), start)
-    while not clean and (fuller := _best_form(others, effect.evidence)) is not None:
-        effect = replace(effect, evidence=fuller)
-        clean = tests(others.with_columns(effect.columns(start.problem))).clean
-    return effect, clean
-
-
 def _baseline_with(accepted: Iterable[AcceptedEffect], start: Baseline) -> Baseline:
     """The baseline with effects; large for a long recording, hence kept no longer than needed."""
     return start.with_all(effect.columns(start.problem) for effect in accepted)
 
 
 def _drop_unsupported_forms(accepted: Sequence[AcceptedEffect], start: Baseline) -> list[AcceptedEffect]:
-    """Drop forms gaining less than the nats for acceptance next to all remaining effects, and drop duplicate effects.
-
-    A second copy of an effect, accepted next to a form, replaces the first once the form is gone.
-    """
+    """Drop forms gaining less than the nats for acceptance next to all remaining effects."""
     out, problem = list(accepted), start.problem
     for i, effect in enumerate(accepted):
-        others = _baseline_with((*out[:i], *out[i + 1 :]), start)
-        for form in reversed(effect.evidence.candidate.forms):
-            plainer = judge_settings(others, [_without_form(out[i].evidence.candidate, form)])
-            whole = judge_settings(others, [out[i].evidence.candidate])
+        forms = effect.evidence.candidate.forms
+        others = _baseline_with((*out[:i], *out[i + 1 :]) if forms else (), start)
+        for form in reversed(forms):
+            candidate = out[i].evidence.candidate
+            own = {p.name for p in candidate.effect.forms[form]}  # which return to their defaults
+            kept = tuple(each for each in candidate.nonlinear if each[0] not in own)
+            rest = tuple(each for each in candidate.forms if each != form)
+            plainer = judge_settings(others, [replace(candidate, forms=rest, nonlinear=kept)])
+            whole = judge_settings(others, [candidate])
             if plainer is not None and (whole is None or not _is_supported(whole, plainer, problem)):
                 out[i] = replace(out[i], evidence=replace(plainer, gain=effect.evidence.gain, V=effect.evidence.V))
-    return list({_key(effect.evidence.candidate): effect for effect in reversed(out)}.values())[::-1]
-
-
-def _key(candidate: Candidate) -> tuple[object, ...]:
-    return candidate.effect, candidate.forms, repr(sorted(candidate.nonlinear))
-
-
-def _without_form(candidate: Candidate, form: str) -> Candidate:
-    """The candidate without a form, whose parameters return to their defaults."""
-    names = {p.name for p in candidate.effect.forms[form]}
-    forms = tuple(other for other in candidate.forms if other != form)
-    return replace(
-        candidate, forms=forms, nonlinear=tuple(each for each in candidate.nonlinear if each[0] not in names)
-    )
+    return out
 
 
 def _is_supported(fuller: Evidence, plainer: Evidence, problem: LinearProblem) -> bool:
@@ -213,30 +192,25 @@ def split_by_motor(accepted: Sequence[AcceptedEffect], start: Baseline, tests: R
     out. An effect accepted earlier is split again once a later effect no longer hides a motor. start : the baseline
     without effects.
     """
-    out, names = list[AcceptedEffect](), [effect.name for effect in accepted]
+    out, motors, names = list[AcceptedEffect](), start.problem.state.motors, [effect.name for effect in accepted]
     for i, effect in enumerate(accepted):
-        parts = _parts([*out, *accepted[i + 1 :]], effect, start, tests) if names.count(effect.name) == 1 else []
-        out += [
-            replace(effect, evidence=replace(part, gain=effect.evidence.gain, V=effect.evidence.V))
-            if part is parts[0]
-            else AcceptedEffect(part, ())
-            for part in parts
-        ] or [effect]
+        found, rest = effect.evidence, accepted[i + 1 :]
+        role = found.candidate.effect.with_role("motor") if names.count(effect.name) == 1 else None
+        parts = _parts((*out, *rest), effect, role, start, tests) if role and len(motors) > 1 else []
+        first = [replace(effect, evidence=replace(part, gain=found.gain, V=found.V)) for part in parts[:1]]
+        out += [*first, *(AcceptedEffect(part, ()) for part in parts[1:])] or [effect]
     return out
 
 
 def _parts(
-    accepted: Sequence[AcceptedEffect], effect: AcceptedEffect, start: Baseline, tests: ResidualTester
+    accepted: Iterable[AcceptedEffect], effect: AcceptedEffect, role: str, start: Baseline, tests: ResidualTester
 ) -> list[Evidence]:
     """The motors of one effect that the data support next to all remaining effects; empty where one gain will do."""
-    problem, whole = start.problem, effect.evidence
-    motors, role = problem.state.motors, whole.candidate.effect.with_role("motor")
-    if role is None or len(motors) < 2:
-        return []
     others = _baseline_with(accepted, start)
-    if tests(others.with_columns(effect.columns(problem))).clean:
+    if tests(others.with_columns(effect.columns(start.problem))).clean:
         return []
-    return motor_evidence(others, [whole.candidate.at({role: motor}) for motor in motors], whole)
+    settings = [effect.evidence.candidate.at({role: motor}) for motor in start.problem.state.motors]
+    return motor_evidence(others, settings, effect.evidence)
 
 
 def motor_evidence(others: Baseline, settings: Sequence[Candidate], evidence: Evidence) -> list[Evidence]:

@@ -14,7 +14,6 @@ from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.candidate_test import ColouredBaseline
 from diagnosis.evidence.held_out import Evidence, rank_candidates
 from diagnosis.library.candidates import Candidate, iron_candidates, propose_candidates
-from diagnosis.policy import Policy
 from diagnosis.problem.blocks import Cut
 from diagnosis.problem.linear import LinearProblem
 from scenarios.arrays import Array
@@ -26,39 +25,30 @@ from validation.signals.amplitude import rms
 class IronChanges(NamedTuple):
     """Changes of the iron: findings, and mere changes of an effect's reference (a temperature, an origin)."""
 
-    changes: tuple[AcceptedEffect, ...]
+    changes: tuple[AcceptedEffect, ...] = ()
     conventional: tuple[AcceptedEffect, ...] = ()
 
 
 def iron_changes(selection: Selection) -> IronChanges:
     """Find iron, offset, scale, axes and rotation that differ from the given model; vector mode only."""
-    if selection.end.problem.mode != "vector":
-        return IronChanges(())
-    baseline, conventions = _baseline_without_iron(selection), _conventions(selection)
-    all_changes = _find_changes(selection, baseline)
-    if not conventions.shape[2] or not all_changes:
-        return IronChanges(all_changes)
-    found, policy = _find_changes(selection, baseline.with_columns(conventions)), selection.end.problem.policy
-    findings = tuple(change for change in found if not _is_error_of_convention(change, all_changes, policy))
+    problem, policy = selection.end.problem, selection.end.problem.policy
+    if problem.mode != "vector":
+        return IronChanges()
+    baseline, accepted = _baseline_without_iron(selection), selection.accepted
+    whole = _find_changes(selection, baseline)
+    columns = [_reference_columns(effect.evidence, problem) for effect in accepted]
+    conventions = np.concatenate([np.zeros((*problem.target.shape, 0)), *columns], axis=2)
+    if not conventions.shape[2] or not whole:
+        return IronChanges(whole)
+    findings = []
+    for change in _find_changes(selection, baseline.with_columns(conventions)):
+        # constants are compared with constants, matrices with matrices: an error of the slopes leaves a little
+        constant = change.evidence.candidate.effect.traits.constant
+        alike = (one.evidence.gain for one in whole if one.evidence.candidate.effect.traits.constant == constant)
+        if change.evidence.gain >= policy.little**2 * sum(alike):
+            findings.append(change)
     names = {change.name for change in findings}
-    return IronChanges(findings, tuple(change for change in all_changes if change.name not in names))
-
-
-def _is_error_of_convention(change: AcceptedEffect, whole: Sequence[AcceptedEffect], policy: Policy) -> bool:
-    """Whether little of the changes is left beside another reference: the reference times the error of its slopes.
-
-    Constants are compared with constants, matrices with matrices.
-    """
-    constant = change.evidence.candidate.effect.traits.constant
-    alike = (one.evidence.gain for one in whole if one.evidence.candidate.effect.traits.constant == constant)
-    return change.evidence.gain < policy.little**2 * sum(alike)
-
-
-def _conventions(selection: Selection) -> Array:
-    """Columns (n, q, k) of the change that another reference (temperature, origin) of the effects would make."""
-    problem = selection.end.problem
-    columns = (_reference_columns(effect.evidence, problem) for effect in selection.accepted)
-    return np.concatenate([np.zeros((*problem.target.shape, 0)), *columns], axis=2)
+    return IronChanges(tuple(findings), tuple(change for change in whole if change.name not in names))
 
 
 def _reference_columns(evidence: Evidence, problem: LinearProblem) -> Array:
@@ -78,8 +68,11 @@ def _find_changes(selection: Selection, baseline: Baseline) -> tuple[AcceptedEff
         if chosen is None or _is_negligible(chosen, changes, selection):
             break
         rivals = rank_candidates(baseline, others)
-        alike = [evidence for evidence in rivals if _looks_like(evidence, ranking[0], problem.policy)]
-        changes.append(chosen.listing(*(each.name for each in alike if not _is_conventional(each, problem))))
+        best, share = ranking[0], problem.policy.same_iron  # terms of second order in both
+        near = (
+            each for each in rivals if not each.is_behind(best, problem.policy) or each.gain > (1 - share) * best.gain
+        )
+        changes.append(chosen.listing(*(each.name for each in near if not _is_conventional(each, problem))))
         baseline = baseline.with_columns(chosen.columns(baseline.problem))
     return tuple(changes) if selection.after.clean else tuple(_beats_coloured_noise(bare, changes))
 
@@ -96,11 +89,6 @@ def _beats_coloured_noise(bare: Baseline, changes: Sequence[AcceptedEffect]) -> 
         fit = coloured_baseline.fit_candidate(change.evidence, coloured_baseline.rows.bin(change.columns(problem)))
         if fit.gain > problem.policy.coloured_nats:
             yield change
-
-
-def _looks_like(rival: Evidence, best: Evidence, policy: Policy) -> bool:
-    """Whether data do not distinguish an effect from a change of the iron, up to terms of second order in both."""
-    return not rival.is_behind(best, policy) or rival.gain > (1 - policy.same_iron) * best.gain
 
 
 def _is_conventional(rival: Evidence, problem: LinearProblem) -> bool:

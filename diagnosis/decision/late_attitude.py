@@ -47,7 +47,7 @@ def attitude_in_time(selection: Selection) -> Iterator[tuple[str, LinearProblem]
     q_at = attitude_course(problem.recording.time_s, np.asarray(problem.recording.att_q))
     lead_s = best_lead_s(problem, q_at, first_s)
     before_nT, after_nT = lead_gap_nT(problem, q_at, 0.0), lead_gap_nT(problem, q_at, lead_s)
-    moved = _with_lead(problem, q_at, lead_s, _correction(lead_s, before_nT, after_nT))
+    moved = _moved(problem, q_at, lead_s, before_nT, after_nT)
     if (named := _late_effect(selection)) is None:
         by_gyro = after_nT < before_nT and gyro_agrees(problem, lead_s)
         shown = by_gyro or after_nT * policy.far_larger < before_nT
@@ -117,19 +117,18 @@ def known_attitude(problem: LinearProblem, lead_s: float) -> NDArray[np.bool_]:
     return np.asarray(time_s + lead_s <= time_s[problem.usable > 0][-1])
 
 
-def _with_lead(problem: LinearProblem, q_at: CubicSpline, lead_s: float, done: ReferenceCorrection) -> LinearProblem:
-    """The problem posed again with the attitude moved, all else unchanged."""
-    recording = replace(problem.recording, att_q=attitude_at(q_at, problem.recording.time_s + lead_s))
-    moved = pose_again(problem, recording, problem.state.field_enu_nT, done).without(~known_attitude(problem, lead_s))
-    return replace(moved, attitude_delay_s=problem.attitude_delay_s + lead_s)
-
-
-def _correction(lead_s: float, before_nT: float, after_nT: float) -> ReferenceCorrection:
+def _moved(
+    problem: LinearProblem, q_at: CubicSpline, lead_s: float, before_nT: float, after_nT: float
+) -> LinearProblem:
+    """The problem posed again with the attitude moved by a lead, which lowers the gap; all else unchanged."""
     late = f"{figure(1e3 * lead_s)} ms"
-    figures = (
+    done = ReferenceCorrection(
+        f"The attitude comes {late} later than the field, and was moved to its time.",
         f"Correct the time stamps: with the attitude {late} earlier the gap falls from {figure(before_nT)} to "
         f"{figure(after_nT)} nT, and the rest was found so; the new model states it as navigation.attitude_delay_s. "
         f"An eddy_current of {figure(lead_s)} s alike on all axes, which is ahead of the field and not behind it, "
-        "would look the same."
+        "would look the same.",
     )
-    return ReferenceCorrection(f"The attitude comes {late} later than the field, and was moved to its time.", figures)
+    recording = replace(problem.recording, att_q=attitude_at(q_at, problem.recording.time_s + lead_s))
+    moved = pose_again(problem, recording, problem.state.field_enu_nT, done).without(~known_attitude(problem, lead_s))
+    return replace(moved, attitude_delay_s=problem.attitude_delay_s + lead_s)

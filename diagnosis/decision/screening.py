@@ -1,9 +1,8 @@
-"""Screening of a round's candidates with a common noise model: choice and order of the candidates to test."""
+"""First look at a round's candidates under one noise model, and the fits of the best, each with its own."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,44 +14,37 @@ from diagnosis.policy import Policy
 from scenarios.arrays import Array
 
 
-@dataclass(frozen=True, eq=False)
-class Screening:
-    """Candidates, their columns in binned rows, and the nats (m,) gained within rows and in total."""
+def screen(
+    candidates: Sequence[Evidence], beside: ColouredBaseline, baseline: Baseline, start: Baseline
+) -> tuple[list[CandidateFit], list[tuple[Evidence, float]]]:
+    """Fit the best candidates, each with a noise model of its own, the strongest first.
 
-    candidates: Sequence[Evidence]
-    columns: Sequence[Array]
-    within: Array
-    nats: Array
+    The order is that of the nats by the noise model of all, with candidates of a negligible share of the gap last:
+    refitted iron follows slow noise, and gains much. Returned with the other candidates and their nats.
+    """
+    policy, names = baseline.problem.policy, [evidence.name for evidence in candidates]
+    columns, within = _in_rows(candidates, beside, baseline)
+    nats = beside.screening_gains(columns) + within
+    negligible = [added_share(start, baseline, evidence.squares) < policy.trace for evidence in candidates]
+    order = sorted(best_of_each_name(names, nats, policy), key=lambda i: (negligible[i], -nats[i]))
+    tried = {names[i] for i in order[: policy.tried_coloured]}
+    settings = (each for each in zip(candidates, columns, within, strict=True) if each[0].name in tried)
+    fits = [beside.fit_candidate(*each) for each in settings]
+    best = best_of_each_name([fit.evidence.name for fit in fits], np.array([fit.gain for fit in fits]), policy)
+    screened = [(candidates[i], float(nats[i])) for i in order[policy.tried_coloured :]]
+    return sorted((fits[i] for i in best), key=lambda fit: -fit.gain), screened
 
-    @classmethod
-    def of(cls, candidates: Sequence[Evidence], coloured_baseline: ColouredBaseline, baseline: Baseline) -> Screening:
-        """Screen candidates with the noise model of the baseline."""
-        rows, problem, columns, within = coloured_baseline.rows, baseline.problem, [], []
-        for evidence in candidates:  # whole columns are large: one candidate at a time
-            whole = evidence.candidate.columns(problem)
-            columns.append(rows.bin(whole))
-            within.append(gain_within(problem, rows, baseline.accepted_columns, whole))
-        return cls(candidates, columns, np.array(within), coloured_baseline.screening_gains(columns) + within)
 
-    def order(self, baseline: Baseline, start: Baseline) -> list[int]:
-        """Index of one candidate for each name, by decreasing nats, with negligible shares of the gap last.
-
-        Negligible candidates may gain much: refitted iron follows slow noise.
-        """
-        kept = best_of_each_name([one.name for one in self.candidates], self.nats, baseline.problem.policy)
-        shares = {index: added_share(start, baseline, self.candidates[index].squares) for index in kept}
-        return sorted(kept, key=lambda index: (shares[index] < baseline.problem.policy.trace, -self.nats[index]))
-
-    def best_fit(self, index: int, coloured_baseline: ColouredBaseline) -> CandidateFit:
-        """Fit an effect with its own noise model, at the setting of largest gain."""
-        name = self.candidates[index].name
-        fits = [
-            coloured_baseline.fit_candidate(*each)
-            for each in zip(self.candidates, self.columns, self.within, strict=True)
-            if each[0].name == name
-        ]
-        gains = np.array([fit.gain for fit in fits])
-        return fits[best_of_each_name([name] * len(fits), gains, coloured_baseline.rows.policy)[0]]
+def _in_rows(
+    candidates: Sequence[Evidence], beside: ColouredBaseline, baseline: Baseline
+) -> tuple[list[Array], list[float]]:
+    """Columns (n, q, k) of candidates in rows, and the nats that each gains within the rows."""
+    columns, within = list[Array](), list[float]()
+    for evidence in candidates:  # whole columns are large: one candidate at a time
+        whole = evidence.candidate.columns(baseline.problem)
+        columns.append(beside.rows.bin(whole))
+        within.append(gain_within(baseline.problem, beside.rows, baseline.accepted_columns, whole))
+    return columns, within
 
 
 def best_of_each_name(names: Sequence[str], nats: Array, policy: Policy) -> list[int]:

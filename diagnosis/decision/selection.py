@@ -6,8 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
-import numpy as np
-
 from diagnosis.decision.coloured_choice import choose_coloured
 from diagnosis.decision.forms import complete_forms, first_form_evidence, split_by_motor
 from diagnosis.decision.white_choice import AcceptedEffect, RoundResult, choose_white, in_same_family, is_form_by_size
@@ -19,12 +17,9 @@ from diagnosis.evidence.held_out import Evidence, judge_candidate, rank_candidat
 from diagnosis.evidence.residual_tests import ResidualTests, run_residual_tests
 from diagnosis.evidence.windowed_candidates import rank_windowed
 from diagnosis.library.candidates import Candidate, propose_candidates
-from diagnosis.policy import Policy
-from diagnosis.problem.blocks import fit
 from diagnosis.problem.linear import LinearProblem
 from sim.effects import BY_NAME
 from sim.state import MOTION
-from validation.text import digits
 
 Progress = Callable[[str], object]
 
@@ -44,9 +39,14 @@ class Selection:
     results: tuple[CandidateResult, ...]
     without: frozenset[str]
 
+    @property
+    def names(self) -> list[str]:
+        """Names of the accepted effects."""
+        return [effect.name for effect in self.accepted]
+
     def beside(self, end: Baseline, names: Sequence[str]) -> Selection:
         """The selection beside another baseline, which holds the columns of effects of these names."""
-        return replace(self, end=end, after=tests_with_effects(end, names))
+        return replace(self, end=end, after=residual_tests(end, names))
 
 
 def select(
@@ -70,11 +70,9 @@ def select(
         found = _choose(selection, candidates)
         chosen, selection = found.chosen, replace(selection, results=selection.results or found.results)
         if chosen is None:
-            return replace(selection, after=_final_tests(selection.after, selection.end, selection.accepted))
-        if _is_no_new_cause(chosen, selection):
-            form, chosen = chosen, _next_after_form(selection, candidates, chosen)
-            if chosen is None:
-                return replace(selection, accepted=tuple(_with_look_alike(selection.accepted, form)))
+            break
+        if _is_form_of_accepted(chosen, selection) or _grows_with_time(chosen, selection):
+            return replace(selection, accepted=tuple(_with_look_alike(selection.accepted, chosen)))
         accepted = _refit_settings(chosen, selection.accepted, candidates, start)
         accepted.append(_with_form_owner(chosen, accepted))
         selection = replace(selection, accepted=tuple(accepted), end=start)  # frees the columns of the last baseline
@@ -90,16 +88,15 @@ def choose_windows_again(selection: Selection) -> Selection:
         return selection
     candidates = propose_candidates(start.problem, selection.without)
     for i in switched:
-        others = (*out[:i], *out[i + 1 :])
-        beside = start.with_all(other.columns(start.problem) for other in others)
-        without_it = replace(selection, accepted=others).beside(beside, effect_names(others))
-        out[i] = _choose(without_it, candidates, alone=True).chosen or out[i]
+        others = replace(selection, accepted=(*out[:i], *out[i + 1 :]))
+        beside = start.with_all(other.columns(start.problem) for other in others.accepted)
+        out[i] = _choose(others.beside(beside, others.names), candidates, alone=True).chosen or out[i]
     return _completed(replace(selection, accepted=tuple(out)))
 
 
 def _completed(selection: Selection) -> Selection:
     """The selection with its effects split by motor and with fuller forms, and the baseline and tests beside these."""
-    start, tests = selection.start, partial(tests_with_effects, names=effect_names(selection.accepted))
+    start, tests = selection.start, partial(residual_tests, names=selection.names)
     accepted, end, after = complete_forms(split_by_motor(selection.accepted, start, tests), start, tests)
     return replace(selection, accepted=tuple(accepted), end=end, after=after)
 
@@ -109,7 +106,7 @@ def _choose(selection: Selection, candidates: dict[str, list[Candidate]], *, alo
 
     alone : do not look for a second effect that would justify a refused candidate.
     """
-    baseline, names = selection.end, effect_names(selection.accepted)
+    baseline, names = selection.end, selection.names
     ranking = rank_candidates(baseline, candidates)
     if selection.after.clean:
         return choose_white(ranking, baseline.problem.policy)
@@ -126,13 +123,8 @@ def _choose(selection: Selection, candidates: dict[str, list[Candidate]], *, alo
     return choose_coloured(baseline, ranking, selection.start, is_clean, switched, full, None if alone else find_next)
 
 
-def effect_names(accepted: Sequence[AcceptedEffect]) -> list[str]:
-    """Names of accepted effects."""
-    return [effect.name for effect in accepted]
-
-
 def residual_tests(baseline: Baseline, names: Sequence[str]) -> ResidualTests:
-    """Test the residual of a baseline; slow errors stated by the model pass.
+    """Test the residual of a baseline with effects of these names; slow errors stated by the model pass.
 
     After a low-pass or a delay the noise is correlated over some samples.
     """
@@ -145,21 +137,6 @@ def residual_tests(baseline: Baseline, names: Sequence[str]) -> ResidualTests:
     return tests if tests.clean or not within_stated_errors(problem, residual) else replace(tests, why=())
 
 
-def tests_with_effects(baseline: Baseline, names: Sequence[str]) -> ResidualTests:
-    """Test the residual of a baseline with accepted effects, including a constant vector of the earth's frame."""
-    return _with_earth_vector(residual_tests(baseline, names), baseline)
-
-
-def _final_tests(tests: ResidualTests, baseline: Baseline, accepted: Sequence[AcceptedEffect]) -> ResidualTests:
-    """Residual tests after the last round: a constant error of the field has been refused as a cause.
-
-    Next to an effect that depends on position, a constant vector remains a reason for doubt.
-    """
-    if not accepted or any(effect.evidence.candidate.effect.traits.field_source for effect in accepted):
-        return tests
-    return residual_tests(baseline, effect_names(accepted))
-
-
 def _with_look_alike(accepted: Sequence[AcceptedEffect], refused: AcceptedEffect) -> list[AcceptedEffect]:
     """Add a refused candidate to the look-alikes of accepted effects of its family, whose form error it fits."""
     names = (refused.name, *refused.alternatives)
@@ -168,69 +145,38 @@ def _with_look_alike(accepted: Sequence[AcceptedEffect], refused: AcceptedEffect
     ]
 
 
-def _is_no_new_cause(chosen: AcceptedEffect, selection: Selection) -> bool:
-    """Whether a candidate fits a form error of accepted effects, is cancelled by them, or stands for their growth."""
-    accepted, baseline = selection.accepted, selection.end
-    form = _is_form_of_accepted(chosen, accepted, selection.results, baseline.problem.policy)
-    return form or _is_cancelled(chosen, accepted, baseline) or _grows_with_time(chosen, accepted, baseline)
-
-
-def _is_cancelled(chosen: AcceptedEffect, accepted: Sequence[AcceptedEffect], baseline: Baseline) -> bool:
-    """Whether accepted effects cancel nearly all of a candidate, as a dipole moving away cancels a constant field.
-
-    Look-alikes share one course, hence one cause, and are exempt.
-    """
-    alike = any(chosen.name in effect.alternatives or effect.name in chosen.alternatives for effect in accepted)
-    kept = baseline.problem.policy.little * chosen.evidence.strength
-    return bool(accepted) and not alike and chosen.evidence.explained_rms(baseline) < kept
-
-
-def _grows_with_time(chosen: AcceptedEffect, accepted: Sequence[AcceptedEffect], baseline: Baseline) -> bool:
+def _grows_with_time(chosen: AcceptedEffect, selection: Selection) -> bool:
     """Whether an accepted effect driven by a channel gains more by growing or fading than the candidate gains.
 
     The growth is the effect's columns times time; the candidate must be useless once the growth is fitted. Evidence is
     taken on all data: held-out data do not determine an effect acting only at the start.
     """
-    problem, policy = baseline.problem, baseline.problem.policy
+    baseline, problem, policy = selection.end, selection.end.problem, selection.end.problem.policy
     columns = chosen.columns(problem)
     own = baseline.evidence_on_all(columns)
     clock = problem.state.time_s - problem.state.time_s.mean()
-    driven = [effect for effect in accepted if not MOTION.issuperset(effect.evidence.candidate.effect.needs)]
+    driven = (one for one in selection.accepted if not MOTION.issuperset(one.evidence.candidate.effect.needs))
     grown = (effect.columns(problem) * clock[:, None, None] for effect in driven)
     better = (effect for effect in grown if baseline.evidence_on_all(effect) > max(own, 0.0) + policy.apart)
     return any(baseline.with_columns(effect).evidence_on_all(columns) < policy.half * own for effect in better)
 
 
-def _is_form_of_accepted(
-    chosen: AcceptedEffect, accepted: Sequence[AcceptedEffect], first: Sequence[CandidateResult], policy: Policy
-) -> bool:
+def _is_form_of_accepted(chosen: AcceptedEffect, selection: Selection) -> bool:
     """Whether a candidate is a form error of accepted effects: far smaller, of one family, or at another setting.
 
     A candidate whose size shrinks once the first effect is accepted had resembled the first effect.
     """
+    accepted, policy = selection.accepted, selection.end.problem.policy
     if not accepted:
         return False
     if any(in_same_family(effect.evidence, chosen.evidence) for effect in accepted):
         return True
     same = [effect.evidence.candidate for effect in accepted if effect.name == chosen.name]
-    if any(_differs_by_setting(chosen.evidence.candidate, effect) for effect in same):
+    if any(_differs_by_setting(chosen.evidence.candidate, candidate) for candidate in same):
         return True
-    alone = max((effect.evidence.strength for effect in first if effect.name == chosen.name), default=0.0)
-    first_strength = accepted[0].evidence.strength
-    return is_form_by_size(chosen.evidence.strength, alone, first_strength, policy, same=bool(same))
-
-
-def _next_after_form(
-    selection: Selection, candidates: dict[str, list[Candidate]], form: AcceptedEffect
-) -> AcceptedEffect | None:
-    """Choose the next candidate with a form error fitted too; None where a form error is all there is.
-
-    The residual of a form error is coloured and hides slow effects.
-    """
-    with_form = selection.end.with_columns(form.columns(selection.end.problem))
-    beside = selection.beside(with_form, effect_names(selection.accepted))
-    chosen = None if beside.after.clean else _choose(beside, candidates).chosen
-    return None if chosen is None or _is_no_new_cause(chosen, beside) else chosen
+    alone = max((one.evidence.strength for one in selection.results if one.name == chosen.name), default=0.0)
+    first = accepted[0].evidence.strength
+    return is_form_by_size(chosen.evidence.strength, alone, first, policy, same=bool(same))
 
 
 def _refit_settings(
@@ -265,21 +211,3 @@ def _differs_by_setting(first: Candidate, second: Candidate) -> bool:
     return bool(first.effect.search) and all(
         here.get(key) == there.get(key) for key in here.keys() | there.keys() if key not in first.effect.search
     )
-
-
-def _with_earth_vector(tests: ResidualTests, baseline: Baseline) -> ResidualTests:
-    """Fail the tests where a constant vector of the earth's frame remains in the residual, and is no mere trace.
-
-    An effect that depends on position imitates a constant error of the field.
-    """
-    if not tests.clean or baseline.problem.mode != "vector":
-        return tests
-    problem, axes = baseline.problem, baseline.problem.earth_axes()
-    if baseline.evidence_of(axes) <= problem.policy.apart:
-        return tests
-    beside = baseline.with_columns(axes)
-    explained = (baseline.squares - beside.squares) / (problem.usable.sum() * axes.shape[1])
-    if explained < problem.policy.trace**2:
-        return tests
-    size_nT = float(np.linalg.norm(fit(beside.sums, beside.all_folds).c[-axes.shape[2] :]))
-    return replace(tests, why=(f"a constant vector of {digits(size_nT)} nT in the earth's frame",))

@@ -7,8 +7,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-import numpy as np
-
 from diagnosis.decision.monotone_courses import driving_channels, monotone_channels
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.localise import TIME, ChannelShare, channels, courses_on_within, find_followed_channel, localise
@@ -22,7 +20,6 @@ from diagnosis.verdict import Verdict
 from recordings.channels import current_name
 from scenarios.arrays import Array
 from sim.effects import BY_NAME
-from sim.effects.base import PLAIN, Effect
 
 
 @dataclass(frozen=True)
@@ -151,23 +148,6 @@ def iron_follows_a_channel(case: VerdictInput) -> str | None:
     return f"a scale or an offset that follows {following.channel} explains far more"
 
 
-def at_its_bounds(case: VerdictInput) -> str | None:
-    """Doubt where a leading effect has coefficients at their bounds: no such effect can be the cause.
-
-    Coefficients of fuller forms are exempt: the history of a core before the run decays and may be of any size.
-    """
-    most = max((cause.strength for cause in case.held_out_effects), default=0.0)
-    leading = [cause for cause in case.held_out_effects if cause.strength > case.problem.policy.half * most]
-    names = [cause.name for cause in leading if any(map(_reaches_bound, cause.effects))]
-    return f"{', '.join(names)} would have to be larger than it can be" if names else None
-
-
-def _reaches_bound(effect: Effect) -> bool:
-    free = (p for p in effect.parameters() if p.role == "linear" and p.form == PLAIN)
-    values = ((p, np.asarray(getattr(effect, p.name))) for p in free)
-    return any(bool(((x <= p.low) | (x >= p.high)).any()) for p, x in values)
-
-
 def unnamed_channels(case: VerdictInput) -> set[str]:
     """Recorded channels driving no named effect and none of its look-alikes; currents of all motors count as one."""
     causes = {channel for cause in case.named for channel in cause.effect.required_inputs}
@@ -179,7 +159,7 @@ def unnamed_channels(case: VerdictInput) -> set[str]:
 
 DECISIVE_DOUBTS: tuple[NameDoubt, ...] = (gap_is_larger, field_turns_too_fast, part_of_swept_tone)
 """Doubts about all named effects, whatever the verdict."""
-NAME_DOUBTS: tuple[NameDoubt, ...] = (at_its_bounds, channel_in_residual, motion_in_residual, iron_follows_a_channel)
+NAME_DOUBTS: tuple[NameDoubt, ...] = (channel_in_residual, motion_in_residual, iron_follows_a_channel)
 
 
 def _explains_some(case: VerdictInput) -> bool:

@@ -81,14 +81,9 @@ def is_as_good(candidate: Evidence, best: Evidence, policy: Policy, form: float,
     form, simpler : share of the best gain by which the best's family, or an effect that the best contains, may gain
     less.
     """
-    margin = max(policy.apart * best.V, form_share(candidate, best, form, simpler) * best.gain)
-    return best.gain - candidate.gain <= margin
-
-
-def form_share(candidate: Evidence, best: Evidence, form: float, simpler: float) -> float:
-    """Share of the best gain that a form error may cost a candidate: `form` in a family, `simpler` for contents."""
-    contained = candidate.name in best.candidate.effect.traits.contains
-    return max(form if in_same_family(candidate, best) else 0.0, simpler if contained else 0.0)
+    family = form if in_same_family(candidate, best) else 0.0
+    contained = simpler if candidate.name in best.candidate.effect.traits.contains else 0.0
+    return best.gain - candidate.gain <= max(policy.apart * best.V, max(family, contained) * best.gain)
 
 
 def alternatives_to(chosen: Evidence, close: Sequence[Evidence], policy: Policy) -> tuple[str, ...]:

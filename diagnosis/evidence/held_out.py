@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -69,23 +69,9 @@ class Evidence:
         samples = float(self.sums.count.sum()) * self.sums.y1.shape[1]
         return float(samples * (self.strength / max(self.survival, 1e-9)) ** 2 / 2)
 
-    def explained_rms(self, baseline: Baseline) -> float:
-        """Rms that the candidate explains of a baseline's residual, in units of the noise."""
-        samples = float(self.sums.count.sum()) * self.sums.y1.shape[1]
-        return math.sqrt(max(baseline.squares - self.squares, 0.0) / max(samples, 1.0))
-
     def is_behind(self, best: Evidence, policy: Policy) -> bool:
         """Whether the data distinguish the candidate from a better candidate."""
         return (best.gain - self.gain) / best.V > policy.apart
-
-
-@dataclass(frozen=True)
-class _Tried:
-    """One setting of a candidate: sums of accepted and candidate columns, and the fit on all blocks."""
-
-    setting: Candidate
-    sums: Sums
-    fit: BlockFit
 
 
 def rank_candidates(baseline: Baseline, settings: dict[str, list[Candidate]]) -> tuple[Evidence, ...]:
@@ -99,12 +85,10 @@ def judge_candidate(baseline: Baseline, settings: Sequence[Candidate]) -> Eviden
     found = judge_settings(baseline, search_parameters(baseline.problem, baseline.residual(), list(settings)))
     if found is None:
         return None
-    little = (
-        found.nats <= baseline.problem.policy.apart
-    )  # also beside a colour of its own, which may find it in a wander
-    if little or len(settings) == 1:  # of a number that has one value nothing else may be tried
-        return _at_own_size(baseline, found)
-    return _at_own_size(baseline, refine_listed(baseline, found))
+    # of a number with one value nothing else may be tried, and little evidence is not worth a refinement
+    if found.nats > baseline.problem.policy.apart and len(settings) > 1:
+        found = refine_listed(baseline, found)
+    return _at_own_size(baseline, found)
 
 
 def refine_listed(baseline: Baseline, found: Evidence) -> Evidence:
@@ -138,19 +122,22 @@ def judge_settings(baseline: Baseline, settings: Sequence[Candidate]) -> Evidenc
     compare two extrapolations and can be too large. None where no setting has finite non-zero columns, or the best fit
     is outside the effect's bounds.
     """
-    tried = list(_tried(baseline, settings))
+    policy, tried = baseline.problem.policy, list[tuple[Candidate, Sums, BlockFit, float]]()
+    for setting in settings:
+        joint = baseline.sums_with(setting.columns(baseline.problem))
+        power = np.einsum("fkk->k", joint.EE[:, baseline.sums.width :, baseline.sums.width :])
+        if np.isfinite(power).all() and power.any():
+            whole = fit(joint, baseline.all_folds)
+            tried.append((setting, joint, whole, squares(joint, whole, baseline.all_folds)))
     if not tried:
         return None
-    best = min(tried, key=lambda one: squares(one.sums, one.fit, baseline.all_folds))
-    policy, width = baseline.problem.policy, best.sums.width - baseline.sums.width
-    V = inflation(best.sums, best.fit, policy)
-    price = V * search_price(best.setting.tried * len(settings), width, policy)
-    on_all = (baseline.squares - squares(best.sums, best.fit, baseline.all_folds)) / 2
-    gain = min(baseline.held_out_gain(*(one.sums for one in tried)), on_all) - price
-    strength, survival = _strength(baseline, best, width)
-    found = Evidence(best.setting, gain, V, strength, survival, best.sums, best.fit, width)
+    best, joint, whole, least = min(tried, key=lambda each: each[3])
+    k, V = joint.width - baseline.sums.width, inflation(joint, whole, policy)
+    price = V * search_price(best.tried * len(settings), k, policy)
+    gain = min(baseline.held_out_gain(*(each[1] for each in tried)), (baseline.squares - least) / 2) - price
+    found = Evidence(best, gain, V, *_strength(joint, whole, k), joint, whole, k)
     c = found.coefficients
-    return found if best.setting.within_bounds(c) and best.setting.is_natural(baseline.problem, c) else None
+    return found if best.within_bounds(c) and best.is_natural(baseline.problem, c) else None
 
 
 def search_price(tried: int, k: int, policy: Policy) -> float:
@@ -163,27 +150,18 @@ def search_price(tried: int, k: int, policy: Policy) -> float:
     return float(chi2.isf(1.0 / (policy.search_price_odds * tried), k)) / 2
 
 
-def _tried(baseline: Baseline, settings: Sequence[Candidate]) -> Iterable[_Tried]:
-    """Settings whose columns are finite and not zero, with their fits."""
-    for setting in settings:
-        joint = baseline.sums_with(setting.columns(baseline.problem))
-        power = np.einsum("fkk->k", joint.EE[:, baseline.sums.width :, baseline.sums.width :])
-        if np.isfinite(power).all() and power.any():
-            yield _Tried(setting, joint, fit(joint, baseline.all_folds))
-
-
 def misfit(baseline: Baseline, candidate: Candidate) -> float:
     """Sum of squared residuals of a candidate beside the accepted effects."""
     s = baseline.sums_with(candidate.columns(baseline.problem))
     return squares(s, fit(s, baseline.all_folds), baseline.all_folds)
 
 
-def _strength(baseline: Baseline, tried: _Tried, k: int) -> tuple[float, float]:
-    """Rms of the candidate's contribution after the base is refitted, and its ratio to the rms before."""
-    s, c = tried.sums, tried.fit.c[-k:]
+def _strength(s: Sums, whole: BlockFit, k: int) -> tuple[float, float]:
+    """Rms of the last k columns' contribution after the base is refitted, and its ratio to the rms before."""
+    c = whole.c[-k:]
     raw = float(c @ s.EE.sum(axis=0)[-k:, -k:] @ c)
     BB, BE = s.BB.sum(axis=0), s.BE.sum(axis=0)[:, :, -k:] @ c
     taken = float(np.einsum("pq,pr,rq->", BE, symmetric_inverse(BB, 1e-13), BE))
     remaining = max(raw - taken, 0.0)
-    samples = max(float(s.count.sum()) * baseline.problem.target.shape[1], 1.0)
+    samples = max(float(s.count.sum()) * s.y1.shape[1], 1.0)
     return math.sqrt(remaining / samples), math.sqrt(remaining / raw) if raw > 0 else 0.0

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from diagnosis.decision.selection import tests_with_effects
+from diagnosis.decision.selection import residual_tests
 from diagnosis.decision.white_choice import AcceptedEffect, in_same_family, is_form_by_size, select_simplest
 from diagnosis.evidence.along_field import explains_along_field
 from diagnosis.evidence.baseline import Baseline, added_share
@@ -119,7 +119,7 @@ def _residuals_are_clean(
 ) -> bool:
     names = [effect.name for effect in effects]
     return all(
-        tests_with_effects(recording.baseline, [*names, *(event.name for event in recording.events)]).clean
+        residual_tests(recording.baseline, [*names, *(event.name for event in recording.events)]).clean
         for recording in recordings
     )
 

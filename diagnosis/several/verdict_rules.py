@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from diagnosis.decision.conclusion import Conclusion, conclude
-from diagnosis.decision.selection import tests_with_effects
+from diagnosis.decision.selection import residual_tests
 from diagnosis.decision.verdict_rules import VerdictInput, doubts_of, verdict_of
 from diagnosis.decision.white_choice import AcceptedEffect
 from diagnosis.evidence.baseline import Baseline
@@ -97,7 +97,7 @@ def _conclusion(recording: PooledRecording, i: int, effects: Sequence[PooledEffe
             accepted.append(AcceptedEffect(evidence, effect.alternatives))
             baseline = baseline.with_columns(effect.pooled.candidate.columns(recording.problem))
     selection = recording.examination.conclusion.selection
-    after = tests_with_effects(baseline, [effect.name for effect in accepted]) if accepted else selection.before
+    after = residual_tests(baseline, [effect.name for effect in accepted]) if accepted else selection.before
     conclusion = conclude(replace(selection, accepted=tuple(accepted), end=baseline, after=after))
     return conclusion if conclusion.noise is None or conclusion.noise.identified else replace(conclusion, noise=None)
 

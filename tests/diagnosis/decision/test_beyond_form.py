@@ -1,4 +1,4 @@
-"""What is only the form of an effect that is in does not end the search: beside it, what it hid is found."""
+"""Accepted effects beside the next: settled anew, and no second name for a gain that grows or fades."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagnosis.decision.selection import Selection, _grows_with_time, _next_after_form, _refit_settings, select
-from diagnosis.decision.selection import tests_with_effects as left_beside
+from diagnosis.decision.selection import Selection, _grows_with_time, _refit_settings, residual_tests, select
 from diagnosis.decision.white_choice import AcceptedEffect
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.held_out import judge_candidate, judge_settings
@@ -35,24 +34,10 @@ def _best(baseline: Baseline, effect: type[Effect]) -> AcceptedEffect:
     return AcceptedEffect(found, ())
 
 
-def _beyond(slow: dict[str, object]) -> AcceptedEffect | None:
-    """What is found beside a current's field and a loop, taken for the form of that, in a recording with both."""
-    start = Baseline.of(problem(hidden=TABLES | slow))
-    first = _best(start, DRIVEN)
-    baseline = start.with_columns(first.columns(start.problem))
-    tests = left_beside(baseline, [first.name])
-    so_far = Selection((first,), start, baseline, tests, tests, (), frozenset())
-    return _next_after_form(so_far, propose_candidates(start.problem), _best(baseline, LOOP))
-
-
-def test_beside_a_form_what_is_slow_is_found() -> None:
-    chosen = _beyond(SLOW)
-    assert chosen is not None
-    assert DRIFT.name in (chosen.name, *chosen.alternatives)
-
-
-def test_where_a_form_is_all_that_is_left_nothing_is() -> None:
-    assert _beyond({}) is None
+def _so_far(end: Baseline, *accepted: AcceptedEffect) -> Selection:
+    """A selection with effects in its last baseline."""
+    tests = residual_tests(end, [effect.name for effect in accepted])
+    return Selection(accepted, end, end, tests, tests, (), frozenset())
 
 
 def test_an_effect_is_settled_anew_beside_what_was_hidden() -> None:
@@ -96,7 +81,7 @@ def test_a_loop_beside_a_current_is_no_growth_of_it() -> None:
     columns = rounded.columns(posed)
     assert baseline.evidence_of(columns) < 0 < baseline.evidence_on_all(columns)
     loop = AcceptedEffect(replace(current, candidate=rounded), ())
-    assert not _grows_with_time(loop, [AcceptedEffect(current, ())], baseline)
+    assert not _grows_with_time(loop, _so_far(baseline, AcceptedEffect(current, ())))
 
 
 def test_a_drift_beside_a_current_that_fades_is_no_growth_of_it() -> None:
@@ -111,4 +96,4 @@ def test_a_drift_beside_a_current_that_fades_is_no_growth_of_it() -> None:
     judged = [judge_settings(baseline, [drift]), judge_settings(Baseline.of(posed), [current])]
     slow, driven = (AcceptedEffect(one, ()) for one in judged if one is not None)
     assert 0 < baseline.evidence_on_all(drift.columns(posed)) < 1000
-    assert not _grows_with_time(slow, [driven], baseline)
+    assert not _grows_with_time(slow, _so_far(baseline, driven))

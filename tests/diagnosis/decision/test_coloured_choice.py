@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -15,10 +13,13 @@ from diagnosis.decision.coloured_choice import (
     CandidateTest,
     CandidateTrial,
 )
-from diagnosis.decision.screening import Screening
+from diagnosis.decision.screening import best_of_each_name, screen
 from diagnosis.decision.selection import select
+from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.candidate_result import TOO_LITTLE
-from diagnosis.evidence.candidate_test import CandidateFit
+from diagnosis.evidence.candidate_test import CandidateFit, ColouredBaseline
+from diagnosis.evidence.held_out import rank_candidates
+from diagnosis.library.candidates import propose_candidates
 from diagnosis.policy import STANDARD
 from sim.effects import EFFECTS
 from tests.diagnosis.synthetic import problem, recording
@@ -60,14 +61,6 @@ def test_one_that_is_refused_is_neither_named_nor_listed(monkeypatch: pytest.Mon
     assert tried[0] not in {found[0].name, *found[0].alternatives}
 
 
-def test_what_explains_next_to_nothing_takes_no_turn() -> None:
-    """Nats of a first look come from what fitted iron moves about too; squares do not."""
-    start: Any = SimpleNamespace(squares=4000.0, problem=SimpleNamespace(target=np.zeros((500, 3)), policy=STANDARD))
-    candidates: Any = [SimpleNamespace(name=f"{less}", squares=4000.0 - less) for less in (10.0, 2000.0, 500.0, 0.0)]
-    look = Screening(candidates, (), np.zeros(4), np.array([490.0, 30.0, 50.0, 500.0]))
-    assert look.order(start, start) == [2, 1, 3, 0]
-
-
 def test_what_has_another_size_in_each_part_is_refused() -> None:
     """A current whose gain has another sign in the last quarter, beside a temperature that only rises."""
     given = recording(1500)
@@ -76,3 +69,31 @@ def test_what_has_another_size_in_each_part_is_refused() -> None:
     posed = problem(replace(given, mag_nT=given.mag_nT + (gain * given.current_A[:, 0])[:, None] * [3.0, -2.0, 1.0]))
     accepted = select(posed).accepted
     assert "motor_current" not in [one.name for one in accepted if one.evidence.candidate.window is None]
+
+
+@pytest.mark.parametrize(("gains", "kept"), [((100, 111), 0), ((100, 113), 1), ((2, 6), 0), ((2, 7), 1)])
+def test_a_fuller_form_is_taken_from_the_start_where_it_gains_more_by_an_error_of_form(
+    gains: tuple[float, float], kept: int
+) -> None:
+    assert best_of_each_name(["one", "one", "another"], np.array([*gains, 50.0]), STANDARD) == [kept, 2]
+
+
+def test_the_strongest_of_a_first_look_are_fitted_and_the_others_keep_their_nats() -> None:
+    """In flicker noise the motor that is there leads; what explains next to nothing of the gap comes last."""
+    hidden = {"motor_current": {"gain_nT_A": [4.0, -3.0, 2.0]}, "flicker_noise": {"density_nT_sqrt_hz": [3.0] * 3}}
+    start = Baseline.of(problem(n=2000, hidden=hidden))
+    ranking = rank_candidates(start, propose_candidates(start.problem))
+    fits, screened = screen(ranking, ColouredBaseline.of(start.problem, ()), start, start)
+    assert fits[0].evidence.name == "motor_current"
+    assert [fit.gain for fit in fits] == sorted((fit.gain for fit in fits), reverse=True)
+    assert len(fits) == STANDARD.tried_coloured
+    assert {fit.evidence.name for fit in fits} | {one.name for one, _ in screened} == {one.name for one in ranking}
+
+
+def test_a_first_look_counts_what_is_gained_between_the_samples_of_a_row() -> None:
+    """A tone faster than the rows, of which the means of the rows keep next to nothing."""
+    tone = {"current_ripple": {"amplitude_nT_A": [3.0, -2.0, 2.5], "frequency_hz": 4.3}}
+    start = Baseline.of(problem(n=3000, hidden=tone, policy=replace(STANDARD, most_rows=300)))
+    (ripple,) = rank_candidates(start, {"current_ripple": propose_candidates(start.problem)["current_ripple"]})
+    ((fit,), _) = screen([ripple], ColouredBaseline.of(start.problem, ()), start, start)
+    assert fit.within > 0.9 * fit.gain > 100

@@ -14,7 +14,6 @@ from diagnosis.decision.conclusion import beyond_wander, conclude, is_form_error
 from diagnosis.decision.iron import absorbed_effects, iron_changes
 from diagnosis.decision.selection import (
     Selection,
-    _final_tests,
     _is_form_of_accepted,
     _with_form_owner,
     select,
@@ -100,26 +99,19 @@ def test_nothing_is_found_in_white_noise(nothing: Selection) -> None:
     assert conclude(nothing).clean
 
 
-def test_what_has_no_name_of_its_own_speaks_against_no_other_but_one_of_the_place() -> None:
-    baseline = Baseline.of(problem())
-    placed = next(effect for effect in EFFECTS if effect.traits.field_source)
-    for effect, clean in ((DRIVEN, True), (placed, False)):
-        found = [AcceptedEffect(_evidence(effect, 100.0, 3), ())]
-        assert _final_tests(LEFT, baseline, found).clean is clean
-    assert _final_tests(LEFT, baseline, []) is LEFT
-
-
 def test_what_shrinks_beside_the_first_or_could_stand_for_it_is_its_form() -> None:
     """Small by itself is a name of its own; small because the first took most of it is not."""
     one = AcceptedEffect(replace(_evidence(DRIVEN, 500.0, 3), strength=1.0), (HardIron.name,))
     small = AcceptedEffect(replace(_evidence(WARM, 50.0, 3), strength=0.25), ())
     alone = [CandidateResult(replace(small.evidence, strength=s), 50.0, 8.0, "") for s in (0.3, 0.9)]
-    assert not _is_form_of_accepted(small, [one], alone[:1], STANDARD)
-    assert _is_form_of_accepted(small, [one], alone[1:], STANDARD)
+    start = Baseline.of(problem(n=300))
+    so_far = Selection((one,), start, start, LEFT, LEFT, (), frozenset())
+    assert not _is_form_of_accepted(small, replace(so_far, results=tuple(alone[:1])))
+    assert _is_form_of_accepted(small, replace(so_far, results=tuple(alone[1:])))
     large = replace(small, evidence=replace(small.evidence, strength=0.4))
-    assert not _is_form_of_accepted(large, [one], alone[1:], STANDARD)
+    assert not _is_form_of_accepted(large, replace(so_far, results=tuple(alone[1:])))
     again = AcceptedEffect(replace(_evidence(HardIron, 200.0, 1), strength=0.8), ())
-    assert not _is_form_of_accepted(again, [one], [], STANDARD)
+    assert not _is_form_of_accepted(again, so_far)
     assert _with_form_owner(again, [one]).form_of == one.name
     assert _with_form_owner(again, [replace(one, alternatives=())]).form_of is None
 

@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagnosis.decision import forms, selection
+from diagnosis.decision.forms import first_form_evidence
 from diagnosis.decision.second_passes import select_jointly
-from diagnosis.decision.selection import Selection
+from diagnosis.decision.selection import Selection, residual_tests, select
 from diagnosis.evidence.baseline import Baseline
-from diagnosis.evidence.held_out import Evidence
+from diagnosis.library.candidates import propose_candidates
 from recordings import Recording
 from scenarios.arrays import Array
 from sim.effects import BY_NAME
@@ -58,17 +58,11 @@ def test_a_core_that_relaxes_is_hysteresis(relaxing: Recording) -> None:
     assert found.after.clean
 
 
-def test_by_plays_alone_it_is_not_found(relaxing: Recording, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(selection, "first_form_evidence", lambda *_: ())
-    names = [one.name for one in _found(without_attitude(relaxing)).accepted]
-    assert names != [Hysteresis.name], names
-
-
 def test_a_form_is_looked_for_a_decade_wider_than_the_plain_effect(relaxing: Recording) -> None:
     posed = problem(relaxing)
-    found = selection.Baseline.of(posed)
-    members = selection.propose_candidates(posed, frozenset(BY_NAME) - {Hysteresis.name})
-    (one,) = forms.first_form_evidence(found, members, _any)
+    found = Baseline.of(posed)
+    members = propose_candidates(posed, frozenset(BY_NAME) - {Hysteresis.name})
+    (one,) = first_form_evidence(found, members, _any)
     given = dict(one.candidate.nonlinear)
     assert given["rounded_threshold_nT"] == pytest.approx(10 * given["threshold_nT"])
 
@@ -86,39 +80,30 @@ def _bent(lag_s: float, sigma: float = 1.5) -> Recording:
     return replace(given, temperature_degC=20 + outside, mag_nT=given.mag_nT + sigma * NOISE_NT * added / added.std())
 
 
-def test_a_bent_course_of_temperature_felt_late_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_bent_course_of_temperature_felt_late_is_found() -> None:
     """By its slope alone it leaves so much colour that it gains less than is needed, whatever its size."""
     posed = problem(_bent(5.0))
-    found = selection.select(posed)
+    found = select(posed)
     assert ({one.name for one in found.accepted}, found.after.clean) == ({TemperatureOffset.name}, True)
-    monkeypatch.setattr(selection, "first_form_evidence", lambda *_: ())
-    assert TemperatureOffset.name not in {one.name for one in selection.select(posed).accepted}
 
 
 @pytest.mark.parametrize(("temperature_degC", "asked"), [(lambda t: 20 + t / 30, False), (lambda t: 20 + t % 80, True)])
 def test_the_curve_of_what_only_rises_is_not_asked_for(temperature_degC: Callable[[Array], Array], asked: bool) -> None:
     given = recording(1500)
     posed = problem(replace(given, temperature_degC=temperature_degC(given.time_s)))
-    found = forms.first_form_evidence(selection.Baseline.of(posed), selection.propose_candidates(posed), _any)
+    found = first_form_evidence(Baseline.of(posed), propose_candidates(posed), _any)
     assert (TemperatureOffset.name in {one.name for one in found}) is asked
 
 
 @pytest.mark.parametrize("lag_s", [5.0, 17.0])
 @pytest.mark.parametrize("walk_nT", [0.0, 2.0])
-def test_a_curve_is_heard_where_it_leaves_nothing(
-    lag_s: float, walk_nT: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_curve_is_heard_where_it_leaves_nothing(lag_s: float, walk_nT: float) -> None:
     """Of a slow noise it would follow a part; at a listed lag it would leave something too."""
-    heard: list[Evidence] = []
-    monkeypatch.setattr(
-        selection,
-        "choose_coloured",
-        lambda baseline, ranking, start, is_clean, switched, full, beyond: heard.extend(full),
-    )
     given, steps = _bent(lag_s, 2.5), np.random.default_rng(0).normal(scale=walk_nT, size=(1500, 3))
     posed = problem(replace(given, mag_nT=given.mag_nT + steps.cumsum(axis=0)))
-    baseline, members = selection.Baseline.of(posed), selection.propose_candidates(posed)
-    tests = selection.residual_tests(baseline, ())
-    selection._choose(Selection((), baseline, baseline, tests, tests, (), frozenset()), members)
-    names = {one.name for one in heard if one.candidate.forms}
-    assert (TemperatureOffset.name in names) is (walk_nT == 0)
+
+    def is_clean(after: Baseline, name: str) -> bool:
+        return residual_tests(after, [name]).clean
+
+    heard = first_form_evidence(Baseline.of(posed), propose_candidates(posed), is_clean)
+    assert (TemperatureOffset.name in {one.name for one in heard}) is (walk_nT == 0)

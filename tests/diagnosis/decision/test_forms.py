@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from diagnosis.decision.forms import _refined_settings, complete_forms
-from diagnosis.decision.selection import Selection, select
-from diagnosis.decision.selection import tests_with_effects as left_beside
+from diagnosis.decision.selection import Selection, residual_tests, select
 from diagnosis.decision.white_choice import AcceptedEffect
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.held_out import judge_settings
@@ -128,20 +127,10 @@ def test_a_form_that_does_not_tell_is_given_back(bend: tuple[float, ...], kept: 
     bent = judge_settings(start, [Candidate(MotorCurrent, (("motor", 1),), forms=("bent line",))])
     assert bent is not None
     ((one,), _, after) = complete_forms(
-        [AcceptedEffect(bent, ())], start, partial(left_beside, names=["motor_current"])
+        [AcceptedEffect(bent, ())], start, partial(residual_tests, names=["motor_current"])
     )
     assert one.evidence.candidate.forms == kept
     assert after.clean
     if not kept:
         effect = one.evidence.candidate.to_effect(one.evidence.coefficients)
         assert effect.gain_nT_A == pytest.approx((4.0, -2.0, 3.0), abs=0.3)  # type: ignore[attr-defined]
-
-
-def test_what_was_found_twice_is_there_once_when_its_form_is_given_back() -> None:
-    posed = problem(hidden={"motor_current": {"gain_nT_A": [4.0, -2.0, 3.0], "motor": 1}})
-    start = Baseline.of(posed)
-    plain = Candidate(MotorCurrent, (("motor", 1),))
-    both = [judge_settings(start, [one]) for one in (replace(plain, forms=("bent line",)), plain)]
-    found = [AcceptedEffect(one, ()) for one in both if one is not None]
-    ((one,), _, _) = complete_forms(found, start, partial(left_beside, names=["motor_current"]))
-    assert one.evidence.candidate.forms == ()

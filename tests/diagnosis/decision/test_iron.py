@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from diagnosis.decision import iron as iron_module
 from diagnosis.decision.conclusion import conclude
-from diagnosis.decision.iron import _is_conventional, _looks_like, absorbed_effects, iron_changes
-from diagnosis.decision.selection import _is_cancelled, select
+from diagnosis.decision.iron import _is_conventional, iron_changes
+from diagnosis.decision.selection import select
 from diagnosis.decision.white_choice import accept_best, choose_white
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.candidate_result import HARDLY_MORE
@@ -22,7 +20,7 @@ from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose_model
 from diagnosis.repair.named_effects import named_effects
 from recordings import Recording
-from sim.effects import BY_NAME, EFFECTS
+from sim.effects import BY_NAME
 from sim.scenario import ModelSpec
 from tests.diagnosis.synthetic import STRENGTH_NT, problem, recording
 from tests.nightly import first_daily
@@ -213,16 +211,6 @@ def test_an_error_of_the_field_on_a_level_circle_is_listed_beside_the_iron_it_lo
     assert "regional_field" in {name for one in found for name in (one.name, *one.alternatives)}
 
 
-@pytest.mark.parametrize(("nats_less", "looks_like"), [(2.0, True), (100.0, True), (1e5, False)])
-def test_what_gains_a_millionth_less_than_a_change_of_the_iron_looks_like_it(
-    nats_less: float, looks_like: bool
-) -> None:
-    """Of ten million nats a hundred are of second order, a hundred thousand are a difference."""
-    nothing: Any = None
-    change = Evidence(Candidate(EFFECTS[0]), 1e7, 1.0, 30.0, 1.0, nothing, nothing, 9)
-    assert _looks_like(replace(change, gain=1e7 - nats_less), change, STANDARD) is looks_like
-
-
 @pytest.mark.parametrize("seed", first_daily(range(3)))
 @pytest.mark.parametrize("offset_nT", first_daily([200.0, 0.0]))
 def test_of_slow_noise_a_slow_log_makes_no_change_of_the_iron(offset_nT: float, seed: int) -> None:
@@ -231,17 +219,3 @@ def test_of_slow_noise_a_slow_log_makes_no_change_of_the_iron(offset_nT: float, 
     slow = replace(made, time_s=20 * made.time_s, mag_nT=made.mag_nT + offset_nT * np.array([1.0, -1.0, 1.0]))
     names = [one.name for one in iron_changes(select(problem(slow))).changes]
     assert names == ["hard_iron"] * bool(offset_nT)
-
-
-@pytest.mark.parametrize(("kept", "gone"), [(0.08, True), (0.12, False)])
-def test_of_what_is_taken_up_whole_a_tenth_is_left_at_most(
-    kept: float, gone: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """By the base on this motion, or by what is in already."""
-    monkeypatch.setattr(iron_module, "survival", lambda *_: kept)
-    assert bool(absorbed_effects(problem(n=300))) is gone
-    baseline: Any = SimpleNamespace(problem=SimpleNamespace(policy=STANDARD))
-    evidence = SimpleNamespace(strength=10.0, explained_rms=lambda baseline: 10.0 * kept)
-    chosen: Any = SimpleNamespace(name="one", alternatives=(), evidence=evidence)
-    inside: Any = SimpleNamespace(name="other", alternatives=())
-    assert _is_cancelled(chosen, [inside], baseline) is gone

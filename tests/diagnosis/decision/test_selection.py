@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -13,22 +12,25 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import butter, sosfilt, sosfilt_zi
 
 from diagnosis.decision.selection import (
+    Selection,
     _is_form_of_accepted,
-    _with_earth_vector,
+    _refit_settings,
     _with_look_alike,
-    effect_names,
     residual_tests,
     select,
 )
 from diagnosis.decision.white_choice import AcceptedEffect, _select_in_family, accept_best
 from diagnosis.evidence.baseline import Baseline
-from diagnosis.evidence.held_out import Evidence
+from diagnosis.evidence.held_out import Evidence, judge_settings
 from diagnosis.evidence.residual_tests import ResidualTests
-from diagnosis.library.candidates import Candidate
+from diagnosis.library.candidates import Candidate, iron_candidates
 from diagnosis.policy import STANDARD
 from sim.effects import BY_NAME, EFFECTS
 from sim.effects.base import Effect
-from tests.diagnosis.synthetic import problem, recording, without_attitude
+from sim.effects.nonlinearity import Hysteresis
+from sim.effects.offsets import OffsetJump
+from sim.effects.parameters import ACTIVE_WINDOW
+from tests.diagnosis.synthetic import problem, recording
 
 FIRST, SECOND, THIRD = EFFECTS[:3]
 CLEAN = ResidualTests({}, (), 0.0, ())
@@ -42,6 +44,11 @@ def _evidence(effect: type[Effect], gain: float, width: int = 3) -> Evidence:
 
 def _accepted(effect: type[Effect], strength: float) -> AcceptedEffect:
     return AcceptedEffect(replace(_evidence(effect, 100.0), strength=strength), ())
+
+
+def _so_far(*accepted: AcceptedEffect) -> Selection:
+    start = Baseline.of(problem(n=300))
+    return Selection(accepted, start, start, CLEAN, CLEAN, (), frozenset())
 
 
 def test_nothing_is_accepted_on_too_little_evidence() -> None:
@@ -119,25 +126,49 @@ def test_what_says_that_it_is_another_is_named_after_it(effect: type[Effect]) ->
 @pytest.mark.parametrize(("effect", "share"), [(SECOND, 0.15), (FIRST, 0.35)])
 def test_a_much_smaller_effect_is_the_form_of_the_first(effect: type[Effect], share: float) -> None:
     first = _accepted(FIRST, 10.0)
-    assert _is_form_of_accepted(_accepted(effect, 9.0 * share), [first], [], STANDARD)
-    assert not _is_form_of_accepted(_accepted(effect, 11.0 * share), [first], [], STANDARD)
-    assert not _is_form_of_accepted(first, [], [], STANDARD)
+    assert _is_form_of_accepted(_accepted(effect, 9.0 * share), _so_far(first))
+    assert not _is_form_of_accepted(_accepted(effect, 11.0 * share), _so_far(first))
+    assert not _is_form_of_accepted(first, _so_far())
 
 
-def test_a_constant_vector_of_the_earth_s_frame_is_no_clean_rest() -> None:
-    given = recording()
-    assert given.att_q is not None
-    posed = problem(given)
-    error_nT = np.einsum("nji,j->ni", posed.state.R_wb, [6.0, -4.0, 5.0])
-    off = problem(replace(given, mag_nT=given.mag_nT + error_nT))
-    assert _with_earth_vector(CLEAN, Baseline.of(posed)).clean
-    (why,) = _with_earth_vector(CLEAN, Baseline.of(off)).why
-    # of (6, -4, 5) nT the 6.1 nT along the field are a scale of the iron
-    assert re.fullmatch(r"a constant vector of 6\.\d\d nT in the earth's frame", why), why
-    trace = problem(replace(given, mag_nT=given.mag_nT + error_nT / 60))
-    assert _with_earth_vector(CLEAN, Baseline.of(trace)).clean
-    alone = problem(without_attitude(replace(given, mag_nT=given.mag_nT + error_nT)))
-    assert _with_earth_vector(CLEAN, Baseline.of(alone)).clean  # the strength alone knows no such vector
+@pytest.mark.parametrize(
+    ("effect", "first", "second", "form"),
+    [
+        (Hysteresis, {"threshold_nT": 1000.0}, {"threshold_nT": 900.0}, True),
+        (Hysteresis, {ACTIVE_WINDOW.name: (20.0, 50.0)}, {ACTIVE_WINDOW.name: (80.0, 90.0)}, False),
+        (OffsetJump, {"time_s": 20.0}, {"time_s": 50.0}, False),
+    ],
+)
+def test_the_same_effect_at_another_of_its_listed_values_is_a_form(
+    effect: type[Effect], first: dict[str, Any], second: dict[str, Any], form: bool
+) -> None:
+    """At another time it is another event."""
+    one, other = (
+        replace(each, evidence=replace(each.evidence, candidate=Candidate(effect, tuple(values.items()))))
+        for each, values in ((_accepted(effect, 10.0), first), (_accepted(effect, 10.0), second))
+    )
+    assert _is_form_of_accepted(other, _so_far(one)) is form
+
+
+def test_noise_that_a_filter_correlates_over_a_few_samples_is_clean_beside_the_filter() -> None:
+    """A moving mean over four samples of white noise: a low-pass in the instrument makes it, a motor does not."""
+    noise = np.random.default_rng(2).normal(scale=2.0, size=(6003, 3))
+    smooth = sum(noise[i : i + 6000] for i in range(4)) / 2.0
+    quiet = recording(6000, noise_nT=1e-3)
+    start = Baseline.of(problem(replace(quiet, mag_nT=quiet.mag_nT + smooth)))
+    assert residual_tests(start, ["latency"]).excess[1.0] < 1.2 < residual_tests(start, ["motor_current"]).excess[1.0]
+
+
+def test_a_window_is_not_settled_anew() -> None:
+    """It was found with its effect."""
+    posed = problem(n=1500, hidden={"soft_iron": {"matrix": (0.01 * np.eye(3)).tolist(), "active_s": [40.0, 70.0]}})
+    start, settings = Baseline.of(posed), iron_candidates()
+    windowed = settings["soft_iron"][0].at({ACTIVE_WINDOW.name: (40.0, 70.0)})
+    found, beside = judge_settings(start, [windowed]), judge_settings(start, [Candidate(BY_NAME["motor_current"])])
+    assert found is not None
+    assert beside is not None
+    (settled,) = _refit_settings(AcceptedEffect(beside, ()), [AcceptedEffect(found, ())], settings, start)
+    assert settled.evidence is found
 
 
 def test_a_wander_that_the_model_states_is_a_clean_rest() -> None:
@@ -152,7 +183,7 @@ def test_a_wander_that_the_model_states_is_a_clean_rest() -> None:
 def test_what_one_of_its_kin_takes_is_the_form_of_the_first() -> None:
     one, other = [effect for effect in EFFECTS if effect.traits.family][:2]
     first, second = _accepted(one, 10.0), _accepted(other, 9.0)
-    assert _is_form_of_accepted(second, [first], [], STANDARD)
+    assert _is_form_of_accepted(second, _so_far(first))
     assert [found.alternatives for found in _with_look_alike([first, _accepted(FIRST, 3.0)], second)] == [
         (other.name,),
         (),
@@ -179,7 +210,7 @@ def test_what_only_a_conductor_of_seconds_would_explain_is_no_eddy_current(secon
     given = recording(1500, noise_nT=20.0)
     hidden = seconds * problem(given).state.field_rate_nT_s * np.array([1.0, -0.3, 0.6])
     found = select(problem(replace(given, mag_nT=given.mag_nT + hidden))).accepted
-    assert ("eddy_current" in effect_names(found)) is named
+    assert ("eddy_current" in [one.name for one in found]) is named
 
 
 def test_what_is_in_is_settled_anew_beside_the_next() -> None:

@@ -3,26 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from diagnosis.decision import verdict_rules as judgement
 from diagnosis.decision.verdict_rules import (
     VerdictInput,
-    at_its_bounds,
     channel_in_residual,
     doubts_of,
     motion_in_residual,
     verdict_of,
 )
 from diagnosis.evidence.localise import ChannelShare
-from diagnosis.result import EvidenceKind, GapSize, NamedEffect
+from diagnosis.result import GapSize, NamedEffect
 from diagnosis.verdict import Verdict
-from sim.effects import EFFECTS
-from sim.effects.iron import HardIron, SoftIron
-from sim.effects.nonlinearity import Hysteresis
+from sim.effects.iron import SoftIron
 from tests.diagnosis.decision.answers import (
     FAST,
     FOUND,
@@ -36,7 +31,7 @@ from tests.diagnosis.decision.answers import (
     case_of,
     either,
 )
-from tests.diagnosis.synthetic import problem, recording
+from tests.diagnosis.synthetic import problem, recording, without_attitude
 
 
 @pytest.mark.parametrize(
@@ -119,7 +114,8 @@ def test_a_name_after_which_the_channel_is_still_there_only_resembles_the_cause(
         channel_in_residual(replace(_still_driven(1.0), residual=np.random.default_rng(1).normal(size=(4000, 3))))
         is None
     )
-    assert channel_in_residual(replace(_still_driven(1.0), gap=replace(GAP, explained=0.99))) is None
+    # a quarter of its share of the gap, 0.9, is too much: three tenths of the gap are, two tenths are not
+    assert channel_in_residual(replace(_still_driven(1.0), gap=replace(GAP, explained=0.8))) is None
     assert channel_in_residual(replace(_still_driven(1.0), where=())) is None
 
 
@@ -190,9 +186,13 @@ def test_verdicts_that_leave_nothing_are_not_doubted() -> None:
     assert all(doubts_of(noisy, verdict) == () for verdict in (Verdict.PARTIAL, Verdict.GENERIC, Verdict.NAMED))
 
 
-def test_in_a_field_that_turns_too_fast_no_name_stands(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(judgement, "turns_too_fast", lambda posed: posed is POSED)
-    assert doubts_of(case_of(FOUND), Verdict.NAMED) == ("the field turns faster than a vehicle does",)
+def test_in_a_field_that_turns_too_fast_no_name_stands() -> None:
+    """Sixty times the turns of a vehicle, without attitude and gyro: a wheel's magnets beside a sensor at rest."""
+    slow = without_attitude(recording(1500))
+    posed = [problem(slow), problem(replace(slow, time_s=slow.time_s / 60))]
+    cases = [case_of(FOUND, problem=one, residual=np.zeros_like(one.target)) for one in posed]
+    doubts = [doubts_of(case, Verdict.NAMED) for case in cases]
+    assert doubts == [(), ("the field turns faster than a vehicle does",)]
 
 
 def test_only_names_that_act_where_something_fast_is_left_are_doubted() -> None:
@@ -205,14 +205,6 @@ def test_only_names_that_act_where_something_fast_is_left_are_doubted() -> None:
     assert doubts_of(case_of(IRON, rise=hidden), Verdict.PARTIAL) == ()
 
 
-def test_what_would_have_to_be_larger_than_it_can_be_is_doubted_but_for_its_fuller_form() -> None:
-    """What a core had before the run dies out, and says nothing of its loop."""
-    least = {p.name: p.low for p in Hysteresis.parameters()}
-    loop, begun = (Hysteresis(**{name: (least[name], 0.0, 0.0)}) for name in ("gain", "rounded_start_nT"))
-    assert at_its_bounds(case_of(replace(FOUND, effect=loop)))
-    assert at_its_bounds(case_of(replace(FOUND, effect=begun))) is None
-
-
 def test_names_that_make_the_gap_larger_are_doubted() -> None:
     larger = replace(GAP, after_sigma=1.2 * GAP.before_sigma)
     assert doubts_of(replace(case_of(FOUND), gap=larger), Verdict.NAMED)
@@ -221,51 +213,9 @@ def test_names_that_make_the_gap_larger_are_doubted() -> None:
     assert doubts_of(replace(case_of(FOUND), gap=hardly), Verdict.NAMED) == ()
 
 
-@pytest.mark.parametrize(("share", "doubted"), [(0.79, False), (0.81, True)])
-def test_iron_that_follows_a_channel_leaves_half_of_what_names_leave(
-    share: float, doubted: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    found = SimpleNamespace(share=share, channel="depth")
-    monkeypatch.setattr(judgement, "unnamed_channels", lambda case: {"depth"})
-    monkeypatch.setattr(judgement, "find_followed_channel", lambda baseline, asked: found)
-    case = case_of(FOUND, clean=False, explained=0.6, where=(ChannelShare("depth", "body", 0.9),))
-    assert (judgement.iron_follows_a_channel(case) is not None) is doubted
-
-
-@pytest.mark.parametrize(
-    ("first", "other", "kept"),
-    [((0.8, 0.19), (0.3, 0.3), ""), ((0.8, 0.21), (0.3, 0.3), "lead"), ((0.8, 0.0), (0.5, 0.2), "beside")],
-)
-def test_a_channel_keeps_a_quarter_of_its_share_where_a_name_is_wrong(
-    first: tuple[float, float], other: tuple[float, float], kept: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The first, and one of at least half its share; (share of the gap, of what is left)."""
-    left = [ChannelShare("lead", "body", first[1]), ChannelShare("beside", "body", other[1])]
-    monkeypatch.setattr(judgement, "localise", lambda *_: left)
-    monkeypatch.setattr(judgement, "monotone_channels", lambda _: set())
-    where = (ChannelShare("lead", "body", first[0]), ChannelShare("beside", "body", other[0]))
-    told = channel_in_residual(case_of(FOUND, clean=False, explained=0.0, where=where))
-    assert (told or "").removeprefix("the residual still follows ") == kept
-
-
 def test_the_size_of_a_gap_is_a_share_of_its_excess_over_the_noise() -> None:
     """(g0^2 - g1^2) / (g0^2 - 1): from 3 to 2 sigma, five eighths."""
     size = GapSize.of(np.full((9, 1), 3.0), np.full((9, 1), 2.0), np.array([10.0]), POSED.policy)
     assert (size.before_nT, size.after_nT) == (30.0, 20.0)
     assert size.explained == pytest.approx(5 / 8)
     assert GapSize.of(np.ones((9, 1)), np.ones((9, 1)), np.ones(1), POSED.policy).explained is None
-
-
-def test_a_leading_name_at_the_ends_of_what_it_can_be_is_doubted() -> None:
-    cls = next(effect for effect in EFFECTS if effect.name == "hysteresis")
-    loop = NamedEffect(cls(gain=(0.01, -1.0, 0.0), threshold_nT=500.0), (), EvidenceKind.HELD_OUT, 50.0, 20.0)
-    beside = replace(FOUND, strength=21.0)
-    assert "hysteresis would have to be larger" in doubts_of(case_of(loop, beside, clean=False), Verdict.PARTIAL)[0]
-    small = replace(loop, strength=1.0)
-    assert not doubts_of(case_of(small, beside, clean=False), Verdict.PARTIAL)
-    within = replace(loop, effect=cls(gain=(0.01, -0.9, 0.0), threshold_nT=500.0))
-    assert not doubts_of(case_of(within, beside, clean=False), Verdict.PARTIAL)
-    above = replace(loop, effect=cls(gain=(0.01, 1.0, 0.0), threshold_nT=500.0))
-    assert doubts_of(case_of(above, beside, clean=False), Verdict.PARTIAL)
-    iron = replace(IRON, effect=HardIron((-1e6, 0.0, 0.0)), strength=100.0)  # fitted in any case, and no name of a gap
-    assert not doubts_of(case_of(beside, iron, clean=False), Verdict.PARTIAL)
