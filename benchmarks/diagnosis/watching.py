@@ -1,7 +1,7 @@
 """Pytest plugin: which rules of the diagnosis had a say in each test, or the tests with one rule off.
 
 MAGBENCH_WATCH=out/say.jsonl python -m pytest -p benchmarks.diagnosis.watching tests/diagnosis
-MAGBENCH_RULE_OFF=selection._is_cancelled python -m pytest -p benchmarks.diagnosis.watching TESTS
+MAGBENCH_RULE_OFF=selection._grows_with_time python -m pytest -p benchmarks.diagnosis.watching TESTS
 """
 
 from __future__ import annotations
