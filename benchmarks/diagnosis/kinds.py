@@ -141,13 +141,14 @@ def body_beside_spikes(flight: Flight) -> tuple[bool, str]:
 
 
 def weak_driver(flight: Flight) -> tuple[bool, str]:
-    """A logged channel that drives 0.15 to 0.3 sigma in no effect's way: no other name at exit 0."""
+    """A logged channel that drives 0.15 to 0.3 sigma in no effect's way: at exit 0 no name without the channel."""
     u = flight.course()
     added_nT = np.outer(np.sign(u) * np.sqrt(np.abs(u)), flight.vector(1.0))
     added_nT *= flight.rng.uniform(0.15, 0.3) / beyond_base(flight.state.field_nT + added_nT, flight.state.field_nT)
     given = flight.with_effects({}, added_nT)
     found = diagnose(replace(given, channels={**given.channels, "pump": u}), flight.model())
-    return not (found.verdict.explained and found.named), _told(found)
+    beside_it = any("pump" in cause.rivals for cause in found.named)
+    return beside_it or not (found.verdict.explained and found.named), _told(found)
 
 
 def step(flight: Flight) -> tuple[bool, str]:

@@ -6,7 +6,7 @@ held-out folds. `RIVALS` lists them; a wandering attitude is a rival by its nois
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -19,6 +19,7 @@ from diagnosis.evidence.localise import TIME, channels_on_within, lagged_terms
 from diagnosis.evidence.within_row import gain_within
 from diagnosis.library.candidates import Candidate, attitude_turns
 from diagnosis.library.drivers import AT_ONCE, Driver, find_drivers, in_axes
+from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
 from scenarios.arrays import Array
 from sim.effects.channels import HIGHEST, powers
@@ -48,35 +49,26 @@ def winning_rival(fit: CandidateFit, baseline: Baseline, beside: ColouredBaselin
     baseline, beside : without the candidate. coloured : whether the candidate leaves a coloured residual; only then are
     smooth courses tried.
     """
-    candidate, tables = fit.evidence.candidate, (*RIVALS, *(SLOW_RIVALS if coloured else ()))
-    tried = [rival for rivals in tables for rival in rivals(baseline, candidate)]
-    likely = (rival for rival, leads in zip(tried, _lead_in_sample(tried, fit, beside), strict=True) if leads)
-    fitted = ((rival, _fitted(rival.columns, fit, baseline, beside)) for rival in likely)
-    won = [(other.gain, rival.words) for rival, other in fitted if _wins(rival, other, fit, beside)]
-    return max(won, default=(0.0, ""))[1]
+    policy, tables = beside.rows.policy, (*RIVALS, *(SLOW_RIVALS if coloured else ()))
+    tried = [rival for rivals in tables for rival in rivals(baseline, fit.evidence.candidate)]
+    groups = [*(beside.rows.bin(rival.columns) for rival in tried), fit.columns]
+    *gains, own = in_sample_gains(beside.rows, beside.accepted_columns, groups, fit.hypothesis.noise_model)
+    won = [(0.0, "")]
+    for rival, gain in zip(tried, gains, strict=True):
+        if gain <= own + _lead(rival, gain, policy):  # in sample, a first look at a tenth of the price
+            continue
+        other = _fitted(rival.columns, fit, baseline, beside)
+        behind = other.gain < fit.gain + _lead(rival, other.gain, policy)
+        if behind or (rival.own_ways and _of_one_course(other) > policy.one_cause):
+            continue
+        if beside.remaining_share(fit, other) < policy.half:
+            won.append((other.gain, rival.words))
+    return max(won)[1]
 
 
-def _lead_in_sample(tried: Sequence[Rival], fit: CandidateFit, beside: ColouredBaseline) -> list[bool]:
-    """Whether each rival leads in sample under the candidate's noise model: a first look, at a tenth of the price."""
-    groups = [beside.rows.bin(rival.columns) for rival in tried]
-    noise_model = fit.hypothesis.noise_model
-    *gains, own = in_sample_gains(beside.rows, beside.accepted_columns, [*groups, fit.columns], noise_model)
-    return [gain > own + _lead(rival, gain, beside) for rival, gain in zip(tried, gains, strict=True)]
-
-
-def _lead(rival: Rival, gain: float, beside: ColouredBaseline) -> float:
+def _lead(rival: Rival, gain: float, policy: Policy) -> float:
     """Nats by which a rival that gains so many must lead."""
-    policy = beside.rows.policy
     return -policy.apart if rival.equal else max(policy.apart, policy.same_coloured * gain)
-
-
-def _wins(rival: Rival, other: CandidateFit, fit: CandidateFit, beside: ColouredBaseline) -> bool:
-    policy = beside.rows.policy
-    if other.gain < fit.gain + _lead(rival, other.gain, beside):
-        return False
-    if rival.own_ways and _of_one_course(other) > policy.one_cause:
-        return False
-    return beside.remaining_share(fit, other) < policy.half
 
 
 def _fitted(columns: Array, fit: CandidateFit, baseline: Baseline, beside: ColouredBaseline) -> CandidateFit:
