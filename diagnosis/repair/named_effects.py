@@ -23,9 +23,8 @@ def named_effects(
     problem: LinearProblem, conclusion: Conclusion, direct: Sequence[DirectFinding]
 ) -> tuple[NamedEffect, ...]:
     """Name all effects: accepted effects and changes of the iron, refined, then direct evidence, then noise."""
-    seen = tuple(NamedEffect(finding.effect, (), EvidenceKind.DIRECT, None, 0.0) for finding in direct)
-    others = (*_refined_effects(problem, conclusion), *seen)
-    return (*others, *named_noise(conclusion, others))
+    effects = _refined_effects(problem, conclusion)
+    return (*effects, *named_values(conclusion, direct, effects))
 
 
 @dataclass(frozen=True)
@@ -103,8 +102,15 @@ def _fitted_effects(conclusion: Conclusion) -> list[Effect]:
     return [effect.evidence.candidate.to_effect(effect.evidence.coefficients) for effect in effects]
 
 
-def named_noise(conclusion: Conclusion, others: Sequence[NamedEffect]) -> list[NamedEffect]:
-    """Slow noise, or white noise in excess of the model's."""
+def named_values(
+    conclusion: Conclusion, direct: Sequence[DirectFinding], effects: Sequence[NamedEffect]
+) -> list[NamedEffect]:
+    """Direct evidence, then slow noise, or white noise in excess of the model's and of the named effects'."""
+    seen = [NamedEffect(finding.effect, (), EvidenceKind.DIRECT, None, 0.0) for finding in direct]
+    return [*seen, *_named_noise(conclusion, (*effects, *seen))]
+
+
+def _named_noise(conclusion: Conclusion, others: Sequence[NamedEffect]) -> list[NamedEffect]:
     selection, noise = conclusion.selection, conclusion.noise
     problem = selection.end.problem
     if noise is None:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import itertools
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
+from diagnosis.decision.verdict_rules import VerdictInput
 from diagnosis.evidence.localise import ChannelShare
+from diagnosis.evidence.residual_tests import ResidualTests
 from diagnosis.result import Diagnosis, GapSize, Transfer, parameters
 from diagnosis.several.common_effects import CommonEffect, in_all
 from diagnosis.several.transfer import Presence
@@ -58,15 +62,39 @@ SENSORS = Scope(
 )
 
 
+@dataclass(frozen=True)
+class RecordingGap:
+    """The gap of one recording before and after the effects: size, channels that the gap follows, residuals (n, q).
+
+    left: structure left in the residual and doubts about the effects, in words.
+    """
+
+    size: GapSize
+    where: tuple[ChannelShare, ...]
+    left: tuple[str, ...]
+    before_nT: Array
+    after_nT: Array
+
+    @classmethod
+    def of(cls, case: VerdictInput, before: Array, after: ResidualTests, doubts: tuple[str, ...]) -> RecordingGap:
+        """The gap of a case; before : residual (n, q) without effects, in units of the noise; after : with effects."""
+        left = (*after.why, *([] if case.rise is None else [case.rise.words]), *doubts)
+        sigma_nT = case.problem.sigma_nT
+        return cls(case.gap, case.where, left, before * sigma_nT, case.residual * sigma_nT)
+
+    def without_effects(self) -> RecordingGap:
+        """The gap without named effects: nothing is explained."""
+        return replace(self, size=self.size.without_effects(), after_nT=self.before_nT)
+
+
 @dataclass(frozen=True, repr=False)
 class PooledDiagnosis:
     """Report on n recordings compared with one model.
 
     names, each: the recordings with their own diagnoses. common: effects supported by more than one recording. single:
-    effects named by one. gaps, before_nT, after_nT: of each recording, with the coefficients predicted by the other
-    recordings, or with its own where these differ. scope: recordings, or the sensors of one array; sensors keep the
-    gaps of their own diagnoses. first: the sensor in the headline, or the recording that says more alone than all
-    together.
+    effects named by one. gaps: of each recording, with the coefficients predicted by the other recordings, or with its
+    own where these differ. scope: recordings, or the sensors of one array; sensors keep the gaps of their own
+    diagnoses. first: the sensor in the headline, or the recording that says more alone than all together.
     """
 
     names: tuple[str, ...]
@@ -74,12 +102,8 @@ class PooledDiagnosis:
     verdict: Verdict
     common: tuple[CommonEffect, ...]
     single: tuple[CommonEffect, ...]
-    gaps: tuple[GapSize, ...]
-    where: tuple[ChannelShare, ...]
-    unexplained: tuple[str, ...]
+    gaps: tuple[RecordingGap, ...]
     model: Scenario
-    before_nT: tuple[Array, ...]
-    after_nT: tuple[Array, ...]
     scope: Scope = RECORDINGS
     first: int | None = None
     sentence: str = ""
@@ -92,7 +116,22 @@ class PooledDiagnosis:
     @cached_property
     def gap(self) -> GapSize:
         """Size of the gap of all recordings with equal weight."""
-        return joint_gap(self.gaps)
+        return joint_gap([gap.size for gap in self.gaps])
+
+    @cached_property
+    def where(self) -> tuple[ChannelShare, ...]:
+        """Channels by mean share over the recordings; a recording in which a channel has no share counts as none."""
+        frames, total = dict[str, str](), defaultdict[str, float](float)
+        for name, frame, share in itertools.chain.from_iterable(gap.where for gap in self.gaps):
+            frames.setdefault(name, frame)
+            total[name] += share / len(self.gaps)
+        largest = sorted(total, key=lambda name: -total[name])[: self.each[0].problem.policy.most_channels]
+        return tuple(ChannelShare(name, frames[name], total[name]) for name in largest)
+
+    @property
+    def unexplained(self) -> tuple[str, ...]:
+        """Structure left in each recording, and doubts about the effects."""
+        return tuple(f"{name}: {why}" for name, gap in zip(self.names, self.gaps, strict=True) for why in gap.left)
 
     def without(self, effect: CommonEffect) -> list[str]:
         """Names of the recordings or sensors that exclude an effect."""
@@ -122,22 +161,21 @@ class PooledDiagnosis:
 
     def _own_effects_json(self) -> list[dict[str, Any]]:
         """Effects of the recordings' own diagnoses that are not common, those of the headline first."""
-        if self.first is None:
-            return []
-        order = (self.first, *(i for i in range(len(self.names)) if i != self.first))
-        every = ((self.names[i], own) for i in order for own in self.each[i].as_dict()["effects"])
+        order = [] if self.first is None else sorted(range(len(self.names)), key=lambda i: i != self.first)
         common = {effect.name for effect in self.common}
+        every = ((self.names[i], own) for i in order for own in self.each[i].as_dict()["effects"])
         return [own | {"only_in": name} for name, own in every if own["name"] not in common]
 
     def _effect_json(self, effect: CommonEffect) -> dict[str, Any]:
-        values = ({} if in_recording is None else parameters(in_recording) for in_recording in effect.each)
-        rows = zip(self.names, effect.presence, effect.each, values, strict=True)
+        rows = zip(self.names, effect.presence, effect.each, strict=True)
+        # sensors of one recording share its slow errors: they are no second recording
+        among = {"evidence": Transfer.SINGLE_RUN, "among_sensors": self.scope.labels[effect.transfer]}
         return {
             "name": effect.name,
             "alternatives": list(effect.named.alternatives),
             "rivals": list(effect.named.rivals),
             "parameters": parameters(effect.named),
-            **self._transfer_json(effect),
+            **({"evidence": effect.transfer} if self.scope is RECORDINGS else among),
             "how": effect.named.kind,
             "evidence_nats": effect.named.nats,
             "strength_sigma": effect.named.strength,
@@ -146,18 +184,12 @@ class PooledDiagnosis:
                 {
                     "name": name,
                     "says": presence,
-                    "parameters": values,
-                    "evidence_nats": None if in_recording is None else in_recording.nats,
+                    "parameters": {} if own is None else parameters(own),
+                    "evidence_nats": None if own is None else own.nats,
                 }
-                for name, presence, in_recording, values in rows
+                for name, presence, own in rows
             ],
         }
-
-    def _transfer_json(self, effect: CommonEffect) -> dict[str, str]:
-        """Sensors of one recording share its slow errors: they are no second recording."""
-        if self.scope is RECORDINGS:
-            return {"evidence": effect.transfer}
-        return {"evidence": Transfer.SINGLE_RUN, "among_sensors": self.scope.labels[effect.transfer]}
 
     def _recording_json(self, i: int) -> dict[str, Any]:
         own = self.each[i].as_dict()
@@ -171,7 +203,7 @@ class PooledDiagnosis:
             "verdict": own["verdict"],
             "sentence": own["sentence"],
             "gap": own["gap"],
-            "gap_together": self.gaps[i].as_dict(),
+            "gap_together": self.gaps[i].size.as_dict(),
             "effects": own["effects"],
             "coefficients": coefficients,
         }

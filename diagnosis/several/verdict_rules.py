@@ -12,9 +12,10 @@ from diagnosis.decision.white_choice import AcceptedEffect
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.held_out import judge_settings
 from diagnosis.evidence.localise import localise
+from diagnosis.evidence.residual_tests import ResidualTests
 from diagnosis.evidence.rising_spectrum import RisingSpectrum
-from diagnosis.repair.named_effects import named_noise
-from diagnosis.result import EvidenceKind, GapSize, NamedEffect, Transfer
+from diagnosis.repair.named_effects import named_values
+from diagnosis.result import OF_VALUES, Diagnosis, EvidenceKind, GapSize, Transfer
 from diagnosis.several.coefficients import predicted_by_others
 from diagnosis.several.common_effects import (
     CommonEffect,
@@ -23,7 +24,7 @@ from diagnosis.several.common_effects import (
     common_value_effects,
     with_common_rivals,
 )
-from diagnosis.several.result import joint_gap
+from diagnosis.several.result import RecordingGap, joint_gap
 from diagnosis.several.selection import PooledRecording
 from diagnosis.several.transfer import PooledEffect
 from diagnosis.verdict import Verdict
@@ -32,57 +33,62 @@ from scenarios.arrays import Array
 
 @dataclass(frozen=True)
 class PooledVerdict:
-    """Verdict and common effects of a pool after all doubts, with conclusion, case and doubts of each recording.
-
-    before : residuals (n, q) of the base, in units of the noise; the residuals of the cases are those of the effects.
-    """
+    """Verdict on all recordings together, the common effects, and the gap of each recording."""
 
     verdict: Verdict
     common: tuple[CommonEffect, ...]
-    conclusions: tuple[Conclusion, ...]
-    cases: tuple[VerdictInput, ...]
-    doubts: tuple[tuple[str, ...], ...]
-    before: tuple[Array, ...]
+    gaps: tuple[RecordingGap, ...]
 
     @classmethod
     def of(cls, recordings: Sequence[PooledRecording], effects: Sequence[PooledEffect]) -> PooledVerdict:
-        """Reach a verdict on all recordings as one case; drop effects doubted by half of the recordings."""
-        conclusions = tuple(_conclusion(recording, i, effects) for i, recording in enumerate(recordings))
-        common = _common_effects(recordings, effects, conclusions)
-        named = tuple(effect.named for effect in common)
-        before = tuple(recording.start.residual() for recording in recordings)
-        after = [_residual(recording, i, effects) for i, recording in enumerate(recordings)]
-        cases = tuple(map(_case, recordings, [named] * len(recordings), conclusions, before, after))
+        """Reach a verdict on recordings with the pool's effects, changes of the iron, noise and direct evidence."""
+        conclusions = [_conclusion(recording, i, effects) for i, recording in enumerate(recordings)]
+        common, cases = _common_effects(recordings, effects, conclusions), []
+        before = [recording.start.residual() for recording in recordings]
+        for i, (recording, conclusion) in enumerate(zip(recordings, conclusions, strict=True)):
+            problem, use, after = recording.problem, recording.problem.usable > 0, _residual(recording, i, effects)
+            gap = GapSize.of(before[i][use], after[use], problem.sigma_nT, problem.policy)
+            where, rise = localise(problem, before[i]), RisingSpectrum.of(problem, before[i], after)
+            named = tuple(effect.named for effect in common)
+            cases.append(VerdictInput(problem, named, conclusion.clean, gap, where, after, rise))
+        return cls.judge(common, cases, before, [conclusion.after for conclusion in conclusions])
+
+    @classmethod
+    def judge(
+        cls,
+        common: tuple[CommonEffect, ...],
+        cases: Sequence[VerdictInput],
+        before: Sequence[Array],
+        after: Sequence[ResidualTests],
+    ) -> PooledVerdict:
+        """Reach a verdict on all cases as one; withdraw the effects where they explain too little or half doubt them.
+
+        before : residuals (n, q) without effects, in units of the noise; after : tests of the residuals with effects.
+        Without common effects, slow noise does not count as clean.
+        """
+        clean = all(case.clean if common else tests.clean for case, tests in zip(cases, after, strict=True))
         rise = next((case.rise for case in cases if case.rise), None)
         gap = joint_gap([case.gap for case in cases])
-        joint = replace(cases[0], clean=_is_clean(common, conclusions), gap=gap, where=(), rise=rise)
-        verdict = verdict_of(joint)
-        doubts = tuple(doubts_of(case, verdict) for case in cases)
-        pooled = cls(verdict, common, conclusions, cases, doubts, before)
-        return pooled.without_names() if pooled.is_doubted else pooled
+        verdict = verdict_of(replace(cases[0], clean=clean, gap=gap, where=(), rise=rise))
+        doubts = [doubts_of(case, verdict) for case in cases]
+        gaps = tuple(map(RecordingGap.of, cases, before, after, doubts))
+        if verdict is Verdict.UNKNOWN or 2 * sum(map(bool, doubts)) >= len(doubts):
+            direct = tuple(effect for effect in common if effect.named.kind is EvidenceKind.DIRECT)
+            return cls(Verdict.UNKNOWN, direct, tuple(gap.without_effects() for gap in gaps))
+        return cls(verdict, common, gaps)
 
-    @property
-    def is_doubted(self) -> bool:
-        """Whether the effects explain too little, or half of the recordings raise doubts."""
-        return self.verdict is Verdict.UNKNOWN or 2 * sum(map(bool, self.doubts)) >= len(self.doubts)
+    def says_less_than(self, each: Sequence[Diagnosis]) -> bool:
+        """Whether the recordings alone say more than all together.
 
-    def without_names(self) -> PooledVerdict:
-        """The verdict without named effects: nothing is explained."""
-        direct = tuple(effect for effect in self.common if effect.named.kind is EvidenceKind.DIRECT)
-        cases = tuple(
-            replace(case, gap=case.gap.without_effects(), residual=before)
-            for case, before in zip(self.cases, self.before, strict=True)
-        )
-        return replace(self, verdict=Verdict.UNKNOWN, common=direct, cases=cases)
-
-    def unexplained(self, names: Sequence[str]) -> tuple[str, ...]:
-        """Structure left in each recording, and doubts about the effects."""
-        rows = zip(names, self.conclusions, self.cases, self.doubts, strict=True)
-        return tuple(
-            f"{name}: {why}"
-            for name, conclusion, case, doubts in rows
-            for why in (*conclusion.after.why, *([case.rise.words] if case.rise else []), *doubts)
-        )
+        Nothing is common to all, and every recording alone has its answer or all together none; or only noise and steps
+        of the values are common, and a recording has an effect or iron of its own.
+        """
+        if self.verdict is Verdict.NONE:
+            return any(one.verdict is not Verdict.NONE for one in each)
+        if self.verdict.explained:
+            own_cause = any(cause.kind not in OF_VALUES for one in each for cause in one.named)
+            return own_cause and all(effect.named.kind in OF_VALUES for effect in self.common)
+        return self.verdict is Verdict.UNKNOWN and all(one.verdict.explained for one in each)
 
 
 def _conclusion(recording: PooledRecording, i: int, effects: Sequence[PooledEffect]) -> Conclusion:
@@ -118,16 +124,6 @@ def _residual(recording: PooledRecording, i: int, effects: Sequence[PooledEffect
     return Baseline.of(replace(recording.problem, target=target), columns).residual()
 
 
-def _case(
-    recording: PooledRecording, named: tuple[NamedEffect, ...], conclusion: Conclusion, before: Array, after: Array
-) -> VerdictInput:
-    """The case of one recording with the pool's effects."""
-    problem, use = recording.problem, recording.problem.usable > 0
-    gap = GapSize.of(before[use], after[use], problem.sigma_nT, problem.policy)
-    where, rise = localise(problem, before), RisingSpectrum.of(problem, before, after)
-    return VerdictInput(problem, named, conclusion.clean, gap, where, after, rise)
-
-
 def _common_effects(
     recordings: Sequence[PooledRecording], effects: Sequence[PooledEffect], conclusions: Sequence[Conclusion]
 ) -> tuple[CommonEffect, ...]:
@@ -135,22 +131,16 @@ def _common_effects(
     problems = [recording.problem for recording in recordings]
     strongest = sorted(((effect.strength, effect) for effect in effects), key=lambda pair: -pair[0])
     fitted = [with_common_rivals(common_effect(effect, problems, size), problems) for size, effect in strongest]
-    iron = common_iron_changes([conclusion.iron for conclusion in conclusions], problems)
-    others = [effect.named for effect in (*fitted, *iron)]
+    common = (*fitted, *common_iron_changes([conclusion.iron for conclusion in conclusions], problems))
+    others = [effect.named for effect in common]
     values = [
-        [*(NamedEffect(d.effect, (), EvidenceKind.DIRECT, None, 0.0) for d in direct), *named_noise(conclusion, others)]
-        for direct, conclusion in zip((one.examination.direct for one in recordings), conclusions, strict=True)
+        named_values(conclusion, recording.examination.direct, others)
+        for recording, conclusion in zip(recordings, conclusions, strict=True)
     ]
-    of_values = common_value_effects(values, problems[0].policy)
-    return (*fitted, *iron, *(effect for effect in of_values if _is_sensor_noise(effect)))
+    return (*common, *filter(_is_of_the_sensor, common_value_effects(values, problems[0].policy)))
 
 
-def _is_clean(common: Sequence[CommonEffect], conclusions: Sequence[Conclusion]) -> bool:
-    """Whether every recording is clean; without common effects, slow noise does not count as clean."""
-    return all(conclusion.clean if common else conclusion.after.clean for conclusion in conclusions)
-
-
-def _is_sensor_noise(effect: CommonEffect) -> bool:
+def _is_of_the_sensor(effect: CommonEffect) -> bool:
     """Whether slow noise has one size in all recordings; noise of varying size comes from outside the sensor."""
     slow = effect.named.kind is EvidenceKind.SPECTRUM and effect.named.effect.traits.spectrum is not None
     return not slow or effect.transfer is Transfer.TRANSFERRED

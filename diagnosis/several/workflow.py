@@ -3,26 +3,22 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Sequence, Set
 from dataclasses import replace
 
 import numpy as np
 
 from calib.numerics.threads import one_thread
-from diagnosis.decision.white_choice import AcceptedEffect
-from diagnosis.evidence.localise import ChannelShare
-from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.repair.new_model import patch_model
-from diagnosis.result import OF_VALUES, Diagnosis, EvidenceKind
+from diagnosis.result import EvidenceKind
 from diagnosis.several.common_effects import CommonEffect, common_effect
 from diagnosis.several.pooled_test import PooledCandidate, baselines_with
-from diagnosis.several.result import SENSORS, PooledDiagnosis, worst
+from diagnosis.several.result import SENSORS, PooledDiagnosis, RecordingGap, worst
 from diagnosis.several.selection import PooledRecording, select_pooled
 from diagnosis.several.sentence import with_sentences
 from diagnosis.several.transfer import compare_sensors
 from diagnosis.several.verdict_rules import PooledVerdict
-from diagnosis.verdict import Verdict
 from diagnosis.workflow import Examination, diagnosis_of, examine
 from recordings import Recording
 from scenarios.errors import InputError
@@ -50,43 +46,20 @@ def diagnose_together(
     cluster : examines the recordings, each a task; by default this process does.
     Raises InputError for fewer than two recordings, and for identical samples.
     """
-    if len(problems) < 2:
-        raise InputError("a single recording cannot be compared", where="recordings", do="give two or more")
-    for (name, problem), (other_name, other_problem) in itertools.combinations(zip(names, problems, strict=True), 2):
-        check_apart(problem.recording, other_problem.recording, f"{name}, {other_name}")
+    _check_several(names, [problem.recording for problem in problems])
     tasks = [(name, problem, model, without) for name, problem in zip(names, problems, strict=True)]
-    recordings = [PooledRecording.of(examination) for examination in examine_each(tasks, say, cluster)]
+    recordings = list(map(PooledRecording.of, _examine_each(tasks, say, cluster)))
     effects, alone = select_pooled(recordings, say)
     say("the simulator with the new models")
-    single = tuple(common_effect(effect, [recording.problem for recording in recordings]) for effect in alone)
+    measured = [recording.problem for recording in recordings]
+    pooled = PooledVerdict.of(recordings, effects)
     each = tuple(diagnosis_of(recording.examination) for recording in recordings)
-    return with_sentences(_diagnosis(tuple(names), model, each, PooledVerdict.of(recordings, effects), single))
-
-
-def _diagnosis(
-    names: tuple[str, ...],
-    model: Model,
-    each: tuple[Diagnosis, ...],
-    pooled: PooledVerdict,
-    single: tuple[CommonEffect, ...],
-) -> PooledDiagnosis:
-    """The diagnosis of the pool, without sentences."""
-    first, cases = _answers_better_alone(pooled, each), pooled.cases
-    sigma_nT = [case.problem.sigma_nT for case in cases]
-    return PooledDiagnosis(
-        names=names,
-        each=each,
-        verdict=pooled.verdict if first is None else each[first].verdict,
-        common=pooled.common,
-        single=single,
-        gaps=tuple(case.gap for case in cases),
-        where=mean_shares([case.where for case in cases], cases[0].problem.policy),
-        unexplained=pooled.unexplained(names),
-        model=patch_model(model, [effect.named for effect in pooled.common], cases[0].problem),
-        before_nT=tuple(map(np.multiply, pooled.before, sigma_nT)),
-        after_nT=tuple(map(np.multiply, (case.residual for case in cases), sigma_nT)),
-        first=first,
-    )
+    first = worst(each) if pooled.says_less_than(each) else None
+    verdict = pooled.verdict if first is None else each[first].verdict
+    single = tuple(common_effect(effect, measured) for effect in alone)
+    new = patch_model(model, [effect.named for effect in pooled.common], measured[0])
+    found = PooledDiagnosis(tuple(names), each, verdict, pooled.common, single, pooled.gaps, new, first=first)
+    return with_sentences(found)
 
 
 def diagnose_sensors(
@@ -103,52 +76,42 @@ def diagnose_sensors(
     share the slow errors of the run. Every named effect is fitted to all sensors: a common coefficient shows a distant
     or shared source, differing coefficients a source nearby.
     """
-    sensors = [(*sensor, without) for sensor in zip(names, problems, models, strict=True)]
-    examinations = examine_each(sensors, say)
-    each = tuple(diagnosis_of(examination) for examination in examinations)
+    examinations = _examine_each([(*one, without) for one in zip(names, problems, models, strict=True)], say)
+    each = tuple(map(diagnosis_of, examinations))
     say("comparison of the sensors")
-    compared = _compared_effects(examinations, each)
-    return with_sentences(_diagnosis_of_sensors(tuple(names), each, compared))
-
-
-def _diagnosis_of_sensors(
-    names: tuple[str, ...], each: tuple[Diagnosis, ...], compared: Sequence[CommonEffect]
-) -> PooledDiagnosis:
-    """The diagnoses of the sensors with compared effects, without sentences."""
-    first = worst(each)
-    return PooledDiagnosis(
-        names=names,
+    named = {cause.name for own in each for cause in own.named if cause.kind is EvidenceKind.HELD_OUT}
+    first, compared = worst(each), _compared_effects(examinations, named)
+    common, single = ([effect for effect in compared if effect.several is several] for several in (True, False))
+    found = PooledDiagnosis(
+        names=tuple(names),
         each=each,
         verdict=each[first].verdict,
-        common=tuple(effect for effect in compared if effect.several),
-        single=tuple(effect for effect in compared if not effect.several),
-        gaps=tuple(own.gap for own in each),
-        where=mean_shares([own.where for own in each], each[0].problem.policy),
-        unexplained=tuple(f"{name}: {why}" for name, own in zip(names, each, strict=True) for why in own.unexplained),
+        common=tuple(common),
+        single=tuple(single),
+        gaps=tuple(RecordingGap(own.gap, own.where, own.unexplained, own.before_nT, own.after_nT) for own in each),
         model=each[first].model,
-        before_nT=tuple(own.before_nT for own in each),
-        after_nT=tuple(own.after_nT for own in each),
         scope=SENSORS,
         first=first,
     )
+    return with_sentences(found)
 
 
-def _compared_effects(examinations: Sequence[Examination], each: Sequence[Diagnosis]) -> list[CommonEffect]:
-    """Every named effect fitted to all sensors, next to all other effects."""
-    named = {cause.name for diagnosis in each for cause in diagnosis.named if cause.kind is EvidenceKind.HELD_OUT}
+def _compared_effects(examinations: Sequence[Examination], named: Set[str]) -> list[CommonEffect]:
+    """Every named effect fitted to all sensors, beside all other effects.
+
+    An effect has the setting of one of the sensors, and the look-alikes of the sensor with the strongest evidence.
+    """
     accepted = [own for examination in examinations for own in examination.conclusion.accepted if own.name in named]
-    problems = [examination.problem for examination in examinations]
-    return [_compared_effect(name, accepted, problems) for name in dict.fromkeys(own.name for own in accepted)]
-
-
-def _compared_effect(name: str, accepted: Sequence[AcceptedEffect], problems: Sequence[LinearProblem]) -> CommonEffect:
-    """An effect at the setting of one of the sensors, the strongest first, with that sensor's look-alikes."""
-    strongest, *others = sorted((own for own in accepted if own.name == name), key=lambda own: -own.evidence.nats)
-    beside = dict.fromkeys(own.evidence.candidate for own in accepted if own.name != name)
-    settings = dict.fromkeys(own.evidence.candidate for own in (strongest, *others))
-    pooled = PooledCandidate.of(list(settings), baselines_with(list(beside), problems), problems)
-    effect = replace(compare_sensors(pooled, problems[0].policy), alternatives=strongest.alternatives)
-    return common_effect(effect, problems, strongest.evidence.strength)
+    strongest_first = sorted(accepted, key=lambda own: -own.evidence.nats)
+    problems, compared = [examination.problem for examination in examinations], []
+    for name in dict.fromkeys(own.name for own in accepted):
+        alike = [own for own in strongest_first if own.name == name]
+        settings = dict.fromkeys(own.evidence.candidate for own in alike)
+        others = dict.fromkeys(own.evidence.candidate for own in accepted if own.name != name)
+        pooled = PooledCandidate.of(list(settings), baselines_with(list(others), problems), problems)
+        effect = replace(compare_sensors(pooled, problems[0].policy), alternatives=alike[0].alternatives)
+        compared.append(common_effect(effect, problems, alike[0].evidence.strength))
+    return compared
 
 
 Task = tuple[str, LinearProblem, Model, frozenset[str]]
@@ -161,7 +124,7 @@ def examine_alone(task: Task) -> Examination:
     return examine(*task[1:])
 
 
-def examine_each(tasks: Sequence[Task], say: Progress, cluster: Tasks | None = None) -> list[Examination]:
+def _examine_each(tasks: Sequence[Task], say: Progress, cluster: Tasks | None = None) -> list[Examination]:
     """Return the examinations in the order of the tasks, whatever the order in which a cluster computes them."""
     if cluster is None:
         return [
@@ -175,40 +138,16 @@ def examine_each(tasks: Sequence[Task], say: Progress, cluster: Tasks | None = N
     return [found[name] for name, *_ in tasks]
 
 
+def _check_several(names: Sequence[str], recordings: Sequence[Recording]) -> None:
+    if len(recordings) < 2:
+        raise InputError("a single recording cannot be compared", where="recordings", do="give two or more")
+    for (name, one), (other_name, other) in itertools.combinations(zip(names, recordings, strict=True), 2):
+        check_apart(one, other, f"{name}, {other_name}")
+
+
 def check_apart(first: Recording, second: Recording, where: str) -> None:
     """Raise InputError for two identical recordings, which would confirm each other."""
     if np.array_equal(first.mag_nT, second.mag_nT):
         raise InputError(
             "both recordings have the same field samples", where=where, do="give recordings of different times"
         )
-
-
-def _answers_better_alone(pooled: PooledVerdict, each: Sequence[Diagnosis]) -> int | None:
-    """Index of the worst recording where the recordings alone say more than all together; else None.
-
-    Nothing is common to all, and every recording alone has its answer or all together none; or only noise and steps of
-    the values are common, and a recording has an effect or iron of its own.
-    """
-    own_gap = any(one.verdict is not Verdict.NONE for one in each)
-    own_cause = any(cause.kind not in OF_VALUES for one in each for cause in one.named)
-    better = (own_gap and _is_silent(pooled, each)) or (own_cause and _names_values_only(pooled))
-    return worst(each) if better else None
-
-
-def _is_silent(pooled: PooledVerdict, each: Sequence[Diagnosis]) -> bool:
-    answered = all(one.verdict.explained for one in each)
-    return pooled.verdict is Verdict.NONE or (pooled.verdict is Verdict.UNKNOWN and answered)
-
-
-def _names_values_only(pooled: PooledVerdict) -> bool:
-    return pooled.verdict.explained and all(effect.named.kind in OF_VALUES for effect in pooled.common)
-
-
-def mean_shares(shares_of_each: Sequence[Sequence[ChannelShare]], policy: Policy) -> tuple[ChannelShare, ...]:
-    """Channels by mean share over the recordings; a recording in which a channel has no share counts as none."""
-    frames, total = dict[str, str](), dict[str, float]()
-    for name, frame, share in itertools.chain.from_iterable(shares_of_each):
-        frames.setdefault(name, frame)
-        total[name] = total.get(name, 0.0) + share / len(shares_of_each)
-    largest = sorted(total, key=lambda name: -total[name])[: policy.most_channels]
-    return tuple(ChannelShare(name, frames[name], total[name]) for name in largest)

@@ -93,7 +93,7 @@ class PresentedPool(PresentedAnswer):
         """Compute all rows and series of a pooled diagnosis."""
         each = tuple(map(PresentedDiagnosis.of, pooled.each))
         residuals = (own.series.residual for own in each)
-        gaps = zip(residuals, pooled.before_nT, pooled.after_nT, strict=True)
+        gaps = zip(residuals, pooled.gaps, strict=True)
         return cls(
             verdict=pooled.verdict,
             sentence=pooled.sentence,
@@ -111,7 +111,7 @@ class PresentedPool(PresentedAnswer):
             common=tuple(PresentedEffect.of(effect, pooled) for effect in pooled.common),
             single=tuple(PresentedEffect.of(effect, pooled) for effect in pooled.single),
             left=pooled.unexplained,
-            series=tuple(GapSeries(own.time_s, own.usable, before, after) for own, before, after in gaps),
+            series=tuple(GapSeries(own.time_s, own.usable, gap.before_nT, gap.after_nT) for own, gap in gaps),
         )
 
 
@@ -162,7 +162,7 @@ def _intervals(cause: NamedEffect, name: str) -> list[Any]:
 
 def _gap_rows(pooled: PooledDiagnosis) -> Iterator[Row]:
     for name, gap, own in zip(pooled.names, pooled.gaps, pooled.each, strict=True):
-        yield name, *gap_cells(gap), str(own.verdict)
+        yield name, *gap_cells(gap.size), str(own.verdict)
     yield "all", *gap_cells(pooled.gap), str(pooled.verdict)
 
 

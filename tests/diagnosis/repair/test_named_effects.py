@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from diagnosis.policy import STANDARD
-from diagnosis.repair.named_effects import named_noise
+from diagnosis.repair.named_effects import named_values
 from sim.effects.offsets import OffsetRandomWalk
 
 
@@ -24,5 +24,5 @@ def test_noise_of_open_nature_lists_the_three_effects_that_explain_most(
     )
     end = SimpleNamespace(problem=SimpleNamespace(policy=STANDARD))
     conclusion: Any = SimpleNamespace(selection=SimpleNamespace(end=end, results=judged), noise=noise)
-    (one,) = named_noise(conclusion, ())
+    (one,) = named_values(conclusion, (), ())
     assert one.alternatives == ("flicker_noise", *listed)

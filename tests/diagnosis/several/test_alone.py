@@ -9,12 +9,10 @@ import numpy as np
 import pytest
 
 from diagnosis.decision.verdict_rules import VerdictInput
-from diagnosis.evidence.localise import ChannelShare
-from diagnosis.policy import STANDARD
-from diagnosis.result import EvidenceKind
+from diagnosis.result import EvidenceKind, GapSize
 from diagnosis.several.common_effects import CommonEffect
 from diagnosis.several.verdict_rules import PooledVerdict
-from diagnosis.several.workflow import _answers_better_alone, check_apart, mean_shares
+from diagnosis.several.workflow import check_apart
 from diagnosis.verdict import Verdict
 from scenarios.errors import InputError
 from tests.diagnosis.several.told import GAP, motor, own
@@ -22,37 +20,36 @@ from tests.diagnosis.synthetic import problem, recording
 
 WHITE, FITTED = EvidenceKind.SPECTRUM, EvidenceKind.HELD_OUT
 POSED = problem(n=300)
+LEFT, BASE = np.ones((300, 3)), np.full((300, 3), 2.0)
 
 
 @pytest.mark.parametrize(
-    ("verdict", "common", "each", "first"),
+    ("verdict", "common", "each", "less"),
     [
-        (Verdict.NONE, (), (Verdict.NONE, Verdict.NAMED), 1),
-        (Verdict.NONE, (), (Verdict.NONE, Verdict.NONE), None),
-        (Verdict.NONE, (), (Verdict.UNKNOWN, Verdict.NONE), 0),
-        (Verdict.UNKNOWN, (), (Verdict.NONE, Verdict.NAMED), 1),
-        (Verdict.UNKNOWN, (), (Verdict.UNKNOWN, Verdict.NAMED), None),
-        (Verdict.NAMED, (WHITE,), (Verdict.NONE, Verdict.NAMED), 1),
-        (Verdict.NAMED, (WHITE,), (Verdict.NONE, Verdict.NONE), None),
-        (Verdict.NAMED, (WHITE, FITTED), (Verdict.NONE, Verdict.NAMED), None),
-        (Verdict.PARTIAL, (WHITE,), (Verdict.NONE, Verdict.NAMED), None),
+        (Verdict.NONE, (), (Verdict.NONE, Verdict.NAMED), True),
+        (Verdict.NONE, (), (Verdict.NONE, Verdict.NONE), False),
+        (Verdict.NONE, (), (Verdict.UNKNOWN, Verdict.NONE), True),
+        (Verdict.UNKNOWN, (), (Verdict.NONE, Verdict.NAMED), True),
+        (Verdict.UNKNOWN, (), (Verdict.UNKNOWN, Verdict.NAMED), False),
+        (Verdict.NAMED, (WHITE,), (Verdict.NONE, Verdict.NAMED), True),
+        (Verdict.NAMED, (WHITE,), (Verdict.NONE, Verdict.NONE), False),
+        (Verdict.NAMED, (WHITE, FITTED), (Verdict.NONE, Verdict.NAMED), False),
+        (Verdict.PARTIAL, (WHITE,), (Verdict.NONE, Verdict.NAMED), False),
     ],
 )
 def test_a_recording_answers_alone_where_all_together_say_less(
-    verdict: Verdict, common: tuple[EvidenceKind, ...], each: tuple[Verdict, ...], first: int | None
+    verdict: Verdict, common: tuple[EvidenceKind, ...], each: tuple[Verdict, ...], less: bool
 ) -> None:
     """A recording that is named has a fitted cause of its own here."""
-    pooled: Any = SimpleNamespace(
-        verdict=verdict, common=tuple(SimpleNamespace(named=motor(kind=kind)) for kind in common)
-    )
+    pooled = PooledVerdict(verdict, tuple(CommonEffect(motor(kind=kind), (), ()) for kind in common), ())
     alone = [own(one, named=(motor(),) if one is Verdict.NAMED else ()) for one in each]
-    assert _answers_better_alone(pooled, alone) == first
+    assert pooled.says_less_than(alone) is less
 
 
 def test_noise_and_steps_of_the_values_are_no_cause_of_its_own() -> None:
-    pooled: Any = SimpleNamespace(verdict=Verdict.NAMED, common=())
-    for kind, first in ((WHITE, None), (EvidenceKind.DIRECT, None), (EvidenceKind.IRON, 0)):
-        assert _answers_better_alone(pooled, [own(Verdict.NAMED, named=(motor(kind=kind),)), own()]) == first
+    pooled = PooledVerdict(Verdict.NAMED, (), ())
+    for kind, less in ((WHITE, False), (EvidenceKind.DIRECT, False), (EvidenceKind.IRON, True)):
+        assert pooled.says_less_than([own(Verdict.NAMED, named=(motor(kind=kind),)), own()]) is less
 
 
 def test_the_same_samples_twice_are_refused() -> None:
@@ -62,51 +59,37 @@ def test_the_same_samples_twice_are_refused() -> None:
         check_apart(one, one, "a, b")
 
 
-def judged(doubts: tuple[tuple[str, ...], ...], verdict: Verdict = Verdict.NAMED) -> PooledVerdict:
-    """A motor's field and a rounding in recordings that leave something, with doubts about them."""
-    conclusions: Any = tuple(SimpleNamespace(after=SimpleNamespace(why=(f"why {k}",))) for k in range(len(doubts)))
-    left, base = np.ones((4, 3)), np.full((4, 3), 2.0)
-    cases = tuple(
-        VerdictInput(POSED, (), False, GAP, (), left, None if k else SimpleNamespace(words="it rises"))  # type: ignore[arg-type]
-        for k in range(len(doubts))
-    )
-    common = tuple(CommonEffect(motor(kind=kind), (), ()) for kind in (FITTED, EvidenceKind.DIRECT))
-    return PooledVerdict(verdict, common, conclusions, cases, doubts, (base,) * len(doubts))
+def judged(doubting: int, of: int, *, effects: bool = True, rises: bool = True) -> PooledVerdict:
+    """A motor's field and a rounding in recordings, some of which have a larger gap with them."""
+    sizes = [GapSize(20.0, 10.0, 60.0, 30.0, 0.9) if i < doubting else GAP for i in range(of)]
+    common = tuple(CommonEffect(motor(kind=kind), (), ()) for kind in (FITTED, EvidenceKind.DIRECT)) if effects else ()
+    named = tuple(one.named for one in common)
+    rise: Any = SimpleNamespace(words="it rises", hides=False)
+    rising = [rise if rises and i == 0 else None for i in range(of)]
+    cases = [VerdictInput(POSED, named, True, size, (), LEFT, one) for size, one in zip(sizes, rising, strict=True)]
+    tests: Any = [SimpleNamespace(clean=False, why=(f"why {i}",)) for i in range(of)]
+    return PooledVerdict.judge(common, cases, [BASE] * of, tests)
 
 
-@pytest.mark.parametrize(
-    ("count", "of", "doubted"), [(0, 3, False), (1, 3, False), (2, 3, True), (1, 2, True), (2, 4, True), (1, 4, False)]
-)
-def test_names_are_doubted_where_half_of_the_recordings_do(count: int, of: int, doubted: bool) -> None:
-    doubts = tuple(("a doubt",) if k < count else () for k in range(of))
-    assert judged(doubts).is_doubted is doubted
-    assert judged(((),) * of, Verdict.UNKNOWN).is_doubted
-
-
-def test_names_that_are_taken_back_leave_what_the_values_show() -> None:
-    found = judged(((), ())).without_names()
-    assert (found.verdict, [effect.named.kind for effect in found.common]) == (Verdict.UNKNOWN, [EvidenceKind.DIRECT])
-    for case, before in zip(found.cases, found.before, strict=True):
-        assert case.residual is before
-        assert (case.gap.after_sigma, case.gap.explained) == (GAP.before_sigma, 0.0)
-
-
-def test_what_is_left_is_told_by_recording() -> None:
-    assert judged((("a doubt",), ())).unexplained(["first", "second"]) == (
-        *("first: why 0", "first: it rises", "first: a doubt"),
-        "second: why 1",
-    )
-
-
-def test_a_channel_s_share_is_its_mean_over_all_recordings_the_largest_first() -> None:
-    """A recording in which it has no share counts as none; the list is cut."""
-    several = [
-        [ChannelShare("temperature", "body", 0.6), ChannelShare("current", "body", 0.3)],
-        [ChannelShare("current", "body", 0.6)],
-        [],
+@pytest.mark.parametrize(("doubting", "of", "stands"), [(0, 3, True), (1, 3, True), (2, 4, False), (1, 2, False)])
+def test_names_are_withdrawn_where_half_of_the_recordings_doubt_them(doubting: int, of: int, stands: bool) -> None:
+    """What the values show stays; then nothing is explained."""
+    found = judged(doubting, of)
+    kinds = [FITTED, EvidenceKind.DIRECT] if stands else [EvidenceKind.DIRECT]
+    assert (found.verdict is not Verdict.UNKNOWN, [one.named.kind for one in found.common]) == (stands, kinds)
+    last = found.gaps[-1]
+    assert last.size == (GAP if stands else GAP.without_effects())
+    np.testing.assert_allclose(last.after_nT, (LEFT if stands else BASE) * POSED.sigma_nT)
+    np.testing.assert_allclose(last.before_nT, BASE * POSED.sigma_nT)
+    told = [("why 0", "it rises"), ("why 1",)]
+    doubt = ("the gap is larger with the named effects in the model",)
+    assert [one.left for one in found.gaps[:2]] == [
+        (*words, *(doubt if i < doubting else ())) for i, words in enumerate(told)
     ]
-    found = mean_shares(several, STANDARD)
-    assert [(one.channel, one.frame) for one in found] == [("current", "body"), ("temperature", "body")]
-    assert [one.share for one in found] == pytest.approx([0.3, 0.2])
-    many = [[ChannelShare(f"c{k}", "earth", 0.01 * k) for k in range(50)]]
-    assert [one.channel for one in mean_shares(many, STANDARD)] == [f"c{49 - k}" for k in range(STANDARD.most_channels)]
+
+
+@pytest.mark.parametrize("effects", [True, False])
+def test_slow_noise_beside_nothing_in_common_is_no_clean_residual(effects: bool) -> None:
+    """Each recording is clean but for slow noise, whose tests are not."""
+    verdict = judged(0, 3, effects=effects, rises=False).verdict
+    assert verdict is (Verdict.COMPOSITE if effects else Verdict.UNKNOWN)

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
 
+from diagnosis.evidence.localise import ChannelShare
+from diagnosis.policy import STANDARD
 from diagnosis.result import GapSize, Transfer
 from diagnosis.several.result import SENSORS, joint_gap
-from tests.diagnosis.several.told import ABSENT, GAP, HERE, OPEN, common, own, pooled
+from tests.diagnosis.several.told import ABSENT, GAP, HERE, OPEN, common, gap, own, pooled
 
 GAP_JSON = {
     "before": {"rms_nT": 20.0, "rms_sigma": 10.0},
@@ -18,15 +19,17 @@ GAP_JSON = {
     "explained": 91 / 99,
 }
 
+HOT, ON = ("temperature", "body"), ("current", "body")
+
 
 def test_the_json_has_the_verdict_the_effects_and_each_recording() -> None:
     some = common(Transfer.SOME, (HERE, ABSENT, OPEN), (3.0, None, 2.0))
     single = common(Transfer.SINGLE_RUN, (HERE, OPEN, OPEN), (1.0, None, None))
-    where: Any = (("mag_x_nT", "body", 0.123456),)
-    told = pooled(some, single=(single,), where=where, unexplained=("left",), advice=("do",), sentence="so.").as_dict()
+    gaps = (gap(where=[ChannelShare("mag_x_nT", "body", 0.37037)]), gap(left=("left",)), gap())
+    told = pooled(some, single=(single,), gaps=gaps, advice=("do",), sentence="so.").as_dict()
     assert (told["verdict"], told["sentence"], told["mode"]) == ("named", "so.", "vector")
     assert told["where"] == [{"channel": "mag_x_nT", "frame": "body", "score": 0.1235}]
-    assert (told["left"], told["advice"]) == (["left"], ["do"])
+    assert (told["left"], told["advice"]) == (["second: left"], ["do"])
     assert told["gap"]["before"] == pytest.approx(GAP_JSON["before"])
     assert told["gap"]["explained"] == pytest.approx(GAP_JSON["explained"])
     assert "worst" not in told
@@ -88,3 +91,13 @@ def test_the_gap_of_all_is_their_rms_and_what_is_explained_at_most_all() -> None
     assert joint_gap([replace(GAP, after_sigma=0.5)]).explained == 1.0
     assert joint_gap([GAP, none]).explained == pytest.approx(GAP.explained)
     assert joint_gap([none]).explained is None
+
+
+def test_a_channel_s_share_is_its_mean_over_all_recordings_the_largest_first() -> None:
+    """A recording in which it has no share counts as none; the list is cut."""
+    hot, on, more = (ChannelShare(*one, share) for one, share in ((HOT, 0.6), (ON, 0.3), (ON, 0.6)))
+    found = pooled(gaps=(gap(where=[hot, on]), gap(where=[more]), gap())).where
+    assert [(one.channel, one.frame) for one in found] == [ON, HOT]
+    assert [one.share for one in found] == pytest.approx([0.3, 0.2])
+    many = pooled(gaps=(gap(where=[ChannelShare(f"c{k}", "earth", 0.01 * k) for k in range(50)]),)).where
+    assert [one.channel for one in many] == [f"c{49 - k}" for k in range(STANDARD.most_channels)]

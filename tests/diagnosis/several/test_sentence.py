@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import pytest
 
+from diagnosis.evidence.localise import ChannelShare
 from diagnosis.result import EvidenceKind, Transfer
 from diagnosis.several.result import SENSORS
 from diagnosis.several.sentence import (
@@ -18,7 +18,7 @@ from diagnosis.several.sentence import (
 )
 from diagnosis.verdict import Verdict
 from sim.effects.offsets import OffsetJump
-from tests.diagnosis.several.told import ABSENT, GAP, HERE, OPEN, common, iron, motor, own, pooled
+from tests.diagnosis.several.told import ABSENT, GAP, HERE, OPEN, common, gap, iron, motor, own, pooled
 
 ALL, DIFFERS, SOME = Transfer.TRANSFERRED, Transfer.NOT_TRANSFERRED, Transfer.SOME
 
@@ -51,18 +51,19 @@ def test_the_sentence_names_effect_reach_and_share() -> None:
 
 
 @pytest.mark.parametrize(
-    ("gap", "kind"), [(replace(GAP, explained=None), EvidenceKind.HELD_OUT), (GAP, EvidenceKind.SPECTRUM)]
+    ("size", "kind"), [(replace(GAP, explained=None), EvidenceKind.HELD_OUT), (GAP, EvidenceKind.SPECTRUM)]
 )
-def test_a_share_is_told_where_a_fitted_effect_explains_a_gap(gap, kind) -> None:  # type: ignore[no-untyped-def]
+def test_a_share_is_told_where_a_fitted_effect_explains_a_gap(size, kind) -> None:  # type: ignore[no-untyped-def]
     effect = replace(common(ALL), named=motor(kind=kind))
-    assert "explain" not in pooled_sentence(pooled(effect, gaps=(gap,) * 3))
-    none_of_it = pooled_sentence(pooled(common(ALL), gaps=(replace(GAP, after_sigma=10.0, explained=0.0),) * 3))
+    assert "explain" not in pooled_sentence(pooled(effect, gaps=(gap(size),) * 3))
+    none_of_it = pooled_sentence(pooled(common(ALL), gaps=(gap(replace(GAP, after_sigma=10.0, explained=0.0)),) * 3))
     assert "explain 0 % of the gap" in none_of_it
 
 
 def test_what_is_left_and_the_first_three_channels_are_told_where_nothing_explains() -> None:
-    where = tuple(SimpleNamespace(channel=f"c{k}") for k in range(5))
-    found = pooled_sentence(pooled(verdict=Verdict.UNKNOWN, unexplained=("first: slow", "third: fast"), where=where))
+    where = [ChannelShare(f"c{k}", "body", 0.3 - 0.01 * k) for k in range(5)]
+    gaps = (gap(where=where, left=("slow",)), gap(), gap(left=("fast",)))
+    found = pooled_sentence(pooled(verdict=Verdict.UNKNOWN, gaps=gaps))
     assert found.startswith("No effect of the library explains the gap well enough (first: slow; third: fast)")
     assert found.endswith("; the gap follows c0, c1, c2.")
     assert "follows" not in pooled_sentence(pooled(verdict=Verdict.UNKNOWN))

@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from diagnosis.policy import STANDARD
 from diagnosis.result import EvidenceKind, GapSize, NamedEffect, Transfer
 from diagnosis.several.common_effects import CommonEffect
-from diagnosis.several.result import PooledDiagnosis
+from diagnosis.several.result import PooledDiagnosis, RecordingGap
 from diagnosis.several.transfer import Presence
 from diagnosis.verdict import Verdict
 from sim.effects.currents import MotorCurrent
@@ -18,6 +19,7 @@ from sim.effects.iron import HardIron
 
 GAP = GapSize(20.0, 10.0, 6.0, 3.0, 91 / 99)
 NAMES = ("first", "second", "third")
+POSED = SimpleNamespace(compared="vector", policy=STANDARD)
 HERE, ABSENT, OPEN = Presence.PRESENT, Presence.ABSENT, Presence.UNDECIDED
 
 
@@ -48,8 +50,13 @@ def common(
 def own(verdict: Verdict = Verdict.NONE, effects: Sequence[dict[str, str]] = ({"name": "scale"},), **said: Any) -> Any:
     """A recording's own diagnosis, as far as several recordings ask for it; effects : in its JSON."""
     table = {"verdict": verdict, "sentence": f"it is {verdict}.", "gap": {"own": 1}, "effects": list(effects)}
-    about = {"named": (), "advice": (), "not_observable": (), "gap": GAP, "problem": SimpleNamespace(compared="vector")}
+    about = {"named": (), "advice": (), "not_observable": (), "gap": GAP, "problem": POSED}
     return SimpleNamespace(verdict=verdict, sentence=f"it is {verdict}.", as_dict=lambda: table, **(about | said))
+
+
+def gap(size: GapSize = GAP, where: Sequence[Any] = (), left: tuple[str, ...] = ()) -> RecordingGap:
+    """The gap of one recording."""
+    return RecordingGap(size, tuple(where), left, np.zeros((1, 3)), np.zeros((1, 3)))
 
 
 def pooled(*effects: CommonEffect, each: Sequence[Any] = (), **said: Any) -> PooledDiagnosis:
@@ -61,11 +68,7 @@ def pooled(*effects: CommonEffect, each: Sequence[Any] = (), **said: Any) -> Poo
         "verdict": Verdict.NAMED,
         "common": effects,
         "single": (),
-        "gaps": (GAP,) * 3,
-        "where": (),
-        "unexplained": (),
+        "gaps": (gap(),) * 3,
         "model": None,
-        "before_nT": (),
-        "after_nT": (),
     }
     return PooledDiagnosis(**(known | said))
