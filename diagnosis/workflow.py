@@ -21,7 +21,6 @@ from diagnosis.evidence.direct import DirectFinding, direct_evidence, find_start
 from diagnosis.evidence.localise import ChannelShare, localise
 from diagnosis.evidence.reference_checks import correct_reference
 from diagnosis.evidence.rising_spectrum import RisingSpectrum
-from diagnosis.library.candidates import missing_channels
 from diagnosis.policy import STANDARD, Policy
 from diagnosis.problem.formulation import pose_model
 from diagnosis.problem.linear import LinearProblem
@@ -185,5 +184,5 @@ def _without_sentences(
 
 def _untested(problem: LinearProblem) -> tuple[str, ...]:
     """Effects whose causes are not recorded, with the missing channels."""
-    missing = ((name, missing_channels(effect, problem)) for name, effect in BY_NAME.items())
+    missing = ((name, problem.missing_inputs(effect)) for name, effect in BY_NAME.items())
     return tuple(f"{name} (no {', '.join(channels)})" for name, channels in missing if channels)

@@ -110,7 +110,7 @@ def _form_settings(candidate: Candidate, form: str, problem: LinearProblem) -> I
     """The candidate with a fuller form, at every listed value of the form and at every sweep."""
     of_form = candidate.effect.forms[form]
     grid: dict[str, tuple[Any, ...]] = {p.name: p.quantity.tried for p in of_form if p.role == "listed"}
-    fuller = candidate.with_form(form).at(candidate.effect.central_reference(problem.state))
+    fuller = replace(candidate, forms=(*candidate.forms, form)).at(candidate.effect.central_reference(problem.state))
     for values in itertools.product(*grid.values()):
         yield from _swept(fuller.at(dict(zip(grid, values, strict=True))), form, problem)
 

@@ -12,7 +12,6 @@ import numpy as np
 
 from calib.numerics.rates import body_rate
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.problem.model_effects import missing_inputs
 from scenarios.arrays import Array
 from sim.effects import EFFECTS
 from sim.effects.base import PLAIN, Effect
@@ -89,10 +88,6 @@ class Candidate:
         """The candidate at new nonlinear parameters; `tried`: number of settings compared, 0: unchanged."""
         return replace(self, nonlinear=tuple((dict(self.nonlinear) | values).items()), tried=tried or self.tried)
 
-    def with_form(self, form: str) -> Candidate:
-        """The candidate with the columns of a fuller form included."""
-        return replace(self, forms=(*self.forms, form))
-
     def scaled(self, by: float) -> list[Candidate]:
         """The candidate with its listed number times and over a factor, where within bounds."""
         listed = [p for p in self.effect.parameters() if p.name in self.effect.search]
@@ -127,77 +122,66 @@ class Candidate:
             plain = [self.effect.basis(state, signal, (PLAIN,), **values) for values in self.settings]
             fuller = [self.effect.basis(state, signal, self.forms, **self.settings[0])] if self.forms else []
             return np.concatenate([*map(self.seen, plain), *fuller], axis=2)
-        rng = np.random.default_rng(0)
-        return np.stack(
-            [self.effect(**values).contribution(state, signal, rng, {}) for values in self.settings], axis=2
-        )
+        effects, rng = (self.effect(**values) for values in self.settings), np.random.default_rng(0)
+        return np.stack([effect.contribution(state, signal, rng, {}) for effect in effects], axis=2)
 
     def seen(self, axes: Array) -> Array:
         """Columns (n, 3, s) along the span, of columns (n, 3, 3) along east, north and up; unchanged without a span."""
         return axes @ np.array(self.span).T if self.span else axes
 
-    def _of_axes(self, c: Array) -> Array:
-        """Coefficients along east, north and up from those (k,) along the span."""
-        return (c.reshape(-1, len(self.span)) @ np.array(self.span)).ravel() if self.span else c
+    @property
+    def bounds(self) -> Array:
+        """Lower and upper bound (., 2) of each linear parameter."""
+        of = {p.name: (p.low, p.high) for p in self.effect.parameters()}
+        if self.effect.tangents:
+            return np.array([of[name] for name, small in self.effect.tangents.items() for _ in small])
+        return np.array([of[name] for name, _ in self.effect.linear_units((PLAIN, *self.forms))]).reshape(-1, 2)
 
     def to_effect(self, c: Array) -> Effect:
         """The effect with fitted coefficients (k,), clipped to its bounds."""
-        given = dict(self.nonlinear)
-        if self.effect.tangents:
-            name, values, (low, high) = self._turned(c)
-            return self.effect(**given, **{name: tuple(np.clip(values, low, high))})
-        if not self.effect.linear:
-            return self.effect(**given)
-        values, wave = self._without_phase(c)
-        low, high = np.array(self.bounds).T
-        return self.effect.combine(np.clip(values, low, high), (PLAIN, *self.forms), **{**given, **wave})
-
-    def _turned(self, c: Array) -> tuple[str, Array, tuple[float, float]]:
-        """Name of the tangent parameter, its values at coefficients (k,), and its bounds."""
-        ((name, small),) = self.effect.tangents.items()
-        bounds = next((p.low, p.high) for p in self.effect.parameters() if p.name == name)
-        return name, c @ np.array(small), bounds
-
-    def _without_phase(self, c: Array) -> tuple[Array, dict[str, float]]:
-        """Coefficients of the linear parameters, and the phase by name, from coefficients (k,) of the columns.
-
-        A short section of a long wave equals a section of a shorter, lower wave: a bend then needs no amplitude at the
-        bounds.
-        """
-        c = self._of_axes(c)
-        if not self.phase:
-            return c, {}
-        k = len(self.effect.linear_units((PLAIN,)))
-        amplitude, phase_deg = amplitude_and_phase(c[: 2 * k])
-        wave = {self.phase: phase_deg}
-        most, period = np.array(self.bounds[:k])[:, 1] / HEADROOM, self.effect.with_role("period")
-        if period and (np.abs(amplitude) > most).any():
-            amplitude, wave = self._shorter(c[: 2 * k].reshape(2, k), most, self.phase, period)
-        return np.concatenate([amplitude, c[2 * k :]]), wave
-
-    def _shorter(self, waves: Array, most: Array, phase: str, period: str) -> tuple[Array, dict[str, float]]:
-        """Amplitude (k,), phase and period of a shorter wave with the slope and curvature of waves (2, k)."""
-        sine, cosine = (np.abs(waves) / most).max(axis=1)
-        faster = max(1.0, float(sine), math.sqrt(cosine))
-        amplitude, phase_deg = amplitude_and_phase((waves / np.array([[faster], [faster**2]])).ravel())
-        long_s = dict(self.nonlinear).get(period, getattr(self.effect(), period))
-        return amplitude, {phase: phase_deg, period: long_s / faster}
-
-    @property
-    def bounds(self) -> list[tuple[float, float]]:
-        """Lower and upper bound of each linear coefficient without a phase."""
-        of = {p.name: (p.low, p.high) for p in self.effect.parameters()}
-        return [of[name] for name, _ in self.effect.linear_units((PLAIN, *self.forms))]
+        values, rest = self._parameters(c)
+        within = np.clip(values, *self.bounds.T)
+        if not self.effect.tangents:
+            return self.effect.combine(within, (PLAIN, *self.forms), **rest)
+        (name,) = self.effect.tangents
+        return self.effect(**rest, **{name: tuple(within)})
 
     def within_bounds(self, c: Array) -> bool:
         """Whether coefficients (k,) are within bounds, or positive for an effect without linear parameters."""
-        if self.effect.linear:
-            values = self._without_phase(c)[0]
-            return all(low <= v <= high for v, (low, high) in zip(values, self.bounds, strict=True))
+        values, (low, high) = self._parameters(c)[0], self.bounds.T
+        return bool(((low <= values) & (values <= high)).all() if len(values) else c[0] > 0)
+
+    def _parameters(self, c: Array) -> tuple[Array, dict[str, Any]]:
+        """Values of the linear parameters at coefficients (k,) of the columns, and all other parameters by name."""
+        given = dict(self.nonlinear)
         if self.effect.tangents:
-            _, values, (low, high) = self._turned(c)
-            return bool(((low <= values) & (values <= high)).all())
-        return bool(c[0] > 0)
+            (small,) = self.effect.tangents.values()
+            return c @ np.array(small), given
+        if not self.effect.linear:
+            return np.zeros(0), given
+        if self.span:
+            c = (c.reshape(-1, len(self.span)) @ np.array(self.span)).ravel()
+        if not self.phase:
+            return c, given
+        k = len(self.effect.linear_units((PLAIN,)))
+        amplitude, wave = self._wave(c[: 2 * k].reshape(2, k), self.bounds[:k, 1] / HEADROOM)
+        return np.concatenate([amplitude, c[2 * k :]]), given | wave
+
+    def _wave(self, parts: Array, most: Array) -> tuple[Array, dict[str, float]]:
+        """Amplitude (k,) of a sine and a cosine (2, k), with phase and period by name.
+
+        A short section of a long wave equals a section of a shorter, lower wave of the same slope and curvature: a bend
+        then needs no amplitude at the bounds.
+        """
+        phase, period = str(self.phase), self.effect.with_role("period")
+        amplitude, phase_deg = amplitude_and_phase(parts)
+        if not period or not (np.abs(amplitude) > most).any():
+            return amplitude, {phase: phase_deg}
+        sine, cosine = (np.abs(parts) / most).max(axis=1)
+        faster = max(1.0, float(sine), math.sqrt(cosine))
+        amplitude, phase_deg = amplitude_and_phase(parts / np.array([[faster], [faster**2]]))
+        long_s = dict(self.nonlinear).get(period, getattr(self.effect(), period))
+        return amplitude, {phase: phase_deg, period: long_s / faster}
 
     def is_natural(self, problem: LinearProblem, c: Array) -> bool:
         """Whether the contribution changes, on average, no faster in the Earth's frame than nature allows."""
@@ -217,13 +201,12 @@ def select_samples(state: State, samples: slice) -> State:
     return State(**cut | {"channels": {name: value[samples] for name, value in state.channels.items()}})
 
 
-def amplitude_and_phase(c: Array) -> tuple[Array, float]:
-    """Amplitude (k/2,) and phase in degrees of coefficients (k,) of sine and cosine, with a single phase.
+def amplitude_and_phase(parts: Array) -> tuple[Array, float]:
+    """Amplitude (k,) and phase in degrees of coefficients (2, k) of sine and cosine, with a single phase.
 
-    The best ``c = [a cos p, a sin p]`` is the first singular pair of the coefficients as a matrix (k/2, 2), with p from
-    -90 to 90 degrees.
+    The best ``[a cos p, a sin p]`` is the first singular pair of the coefficients, with p from -90 to 90 degrees.
     """
-    u, s, v = np.linalg.svd(c.reshape(2, -1).T, full_matrices=False)
+    u, s, v = np.linalg.svd(parts.T, full_matrices=False)
     sign = -1.0 if v[0, 0] < 0 else 1.0
     return sign * u[:, 0] * s[0], float(np.degrees(np.arctan2(sign * v[0, 1], sign * v[0, 0])))
 
@@ -239,7 +222,7 @@ def propose_candidates(problem: LinearProblem, without: frozenset[str] = frozens
             for values in _settings(effect, problem)
         ]
         for effect in EFFECTS
-        if effect.name not in without and _is_linear(effect) and _is_measured(effect, problem)
+        if effect.name not in without and _is_proposed(effect, problem)
     }
 
 
@@ -254,11 +237,6 @@ def attitude_turns(problem: LinearProblem) -> Array:
     return np.concatenate(turns, axis=2)
 
 
-def missing_channels(effect: type[Effect], problem: LinearProblem) -> tuple[str, ...]:
-    """Inputs that an effect needs and the problem lacks."""
-    return tuple(sorted(missing_inputs(effect, problem)))
-
-
 def _span(effect: type[Effect], problem: LinearProblem) -> tuple[tuple[float, ...], ...]:
     """Directions of a field that strength, or strength and dip, show; empty where all are, or for another effect."""
     if problem.mode != "strength" or effect.stage != "field":
@@ -270,20 +248,14 @@ def _span(effect: type[Effect], problem: LinearProblem) -> tuple[tuple[float, ..
     return ((float(field[0]) / level, float(field[1]) / level, 0.0), (0.0, 0.0, 1.0))
 
 
-def _is_linear(effect: type[Effect]) -> bool:
-    """Whether an effect has columns beside the base, and causes named by its class."""
-    if effect.traits.absorbed or effect.stochastic or effect.with_role("channel"):
+def _is_proposed(effect: type[Effect], problem: LinearProblem) -> bool:
+    """Whether an effect has columns beside the base, named causes, recorded inputs, and a path long enough."""
+    elsewhere = effect.traits.absorbed or effect.stochastic or effect.with_role("channel")
+    columns = effect.linear or effect.search or effect.tangents
+    if elsewhere or not columns or problem.missing_inputs(effect):
         return False
-    return bool(effect.linear or effect.search or effect.tangents)
-
-
-def _is_measured(effect: type[Effect], problem: LinearProblem) -> bool:
-    """Whether the inputs of an effect are recorded, and the path is long enough for an effect of position."""
-    if missing_channels(effect, problem):
-        return False
-    if "position" not in effect.needs:
-        return True
-    return bool(np.ptp(problem.state.pos_enu_m, axis=0).max() >= problem.policy.least_path_m)
+    path_m = np.ptp(problem.state.pos_enu_m, axis=0).max()
+    return "position" not in effect.needs or bool(path_m >= problem.policy.least_path_m)
 
 
 def _above_noise(effect: type[Effect], name: str, problem: LinearProblem) -> tuple[Any, ...]:

@@ -25,59 +25,17 @@ STEP_M = 5.0
 """First step of the refinement, at most a fifth of the path's extent."""
 
 
-def find_places(problem: LinearProblem, residual: Array, candidate: Candidate) -> list[Candidate]:
-    """Positions of a dipole that fit a residual (n, q) best."""
-    name = candidate.effect.with_role("place")
-    assert name is not None
-    policy, thin = problem.policy, ThinnedPath.of(problem, residual)
-    grid = _grid(thin, policy)
-    gains = np.array([thin.gain(place) for place in grid])
-    starts = grid[np.argsort(-gains)[: policy.place_starts]]
+def find_places(problem: LinearProblem, residual: Array, candidate: Candidate, name: str) -> list[Candidate]:
+    """The candidate at positions of a dipole that fit a residual (n, q) best."""
+    thin = ThinnedPath.of(problem, residual)
+    grid = thin.grid()
+    left = [float((thin.residual(place) ** 2).sum()) for place in grid]
     found: list[Array] = []
-    for place in map(thin.best_near, starts):
-        if _is_near(thin, place, policy) and all(float(((place - other) ** 2).sum()) > SAME_M**2 for other in found):
+    for start in grid[np.argsort(left)[: problem.policy.place_starts]]:
+        place = thin.best_near(start)
+        if thin.is_beside(place) and all(float(((place - other) ** 2).sum()) > SAME_M**2 for other in found):
             found.append(place)
-    return [candidate.at({name: tuple(float(v) for v in place)}, len(grid)) for place in found]
-
-
-def _grid(thin: ThinnedPath, policy: Policy) -> Array:
-    """Grid positions (m, 3) around the path, neither on the path nor so far that the field is a uniform gradient.
-
-    A second grid scaled to the path is added where the path's extent differs much from the first grid's: aerial
-    surveys, hand-held sensors. A third grid covers the section with the largest residual, where a near body could lie
-    between the other cells.
-    """
-    boxes = [(thin.path, policy.place_margin_m)]
-    own, ratio = policy.other_place * thin.extent_m, policy.other_scale
-    if not 1 / ratio < own / policy.place_margin_m < ratio:
-        boxes.append((thin.path, own))
-    stretch = thin.loudest()
-    about = policy.about_stretch * _extent_m(stretch)
-    if ratio * about < thin.extent_m:
-        boxes.append((stretch, about))
-    grid = np.concatenate([_box(path, margin_m, policy) for path, margin_m in boxes])
-    return grid[[_is_near(thin, place, policy) for place in grid]]
-
-
-def _extent_m(path: Array) -> float:
-    """Longest side of the bounding box of a path (n, 3)."""
-    return float(np.ptp(path, axis=0).max())
-
-
-def _box(path: Array, margin_m: float, policy: Policy) -> Array:
-    """Even grid (m, 3) on the bounding box of a path (n, 3) with a margin."""
-    low, high, least = path.min(axis=0) - margin_m, path.max(axis=0) + margin_m, policy.place_cells
-    cells = [max(least, min(2 * least, round((b - a) / policy.place_cell_m))) for a, b in zip(low, high, strict=True)]
-    axes = [np.linspace(a, b, n) for a, b, n in zip(low, high, cells, strict=True)]
-    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-
-
-def _is_near(thin: ThinnedPath, place: Array, policy: Policy) -> bool:
-    """Whether a position is neither on the path nor too far, relative to the path's extent where extreme."""
-    apart_m = thin.path - place
-    distance_m = np.sqrt(np.einsum("ni,ni->n", apart_m, apart_m).min())
-    nearest_m = min(policy.nearest_place_m, policy.nearest_share * thin.extent_m)
-    return bool(nearest_m < distance_m < max(policy.farthest_place_m, policy.farthest_share * thin.extent_m))
+    return [candidate.at({name: tuple(map(float, place))}, len(grid)) for place in found]
 
 
 @dataclass(frozen=True)
@@ -92,6 +50,7 @@ class ThinnedPath:
     to_sensor: Array
     y: Array
     Q: Array
+    policy: Policy
 
     @classmethod
     def of(cls, problem: LinearProblem, residual: Array) -> ThinnedPath:
@@ -102,24 +61,42 @@ class ThinnedPath:
         middle = np.arange(cut.m) * length + length // 2
         R_bw = problem.state.R_wb[middle].transpose(0, 2, 1)
         to_sensor = np.ascontiguousarray((problem.turn / problem.sigma_nT[:, None]) @ R_bw)
-        Q = np.linalg.qr(cut.means(problem.base))[0]
-        y = cut.means(residual)
-        return cls(problem.state.pos_enu_m[middle], to_sensor, (y - Q @ (Q.T @ y)).ravel(), Q)
+        Q, y = np.linalg.qr(cut.means(problem.base))[0], cut.means(residual)
+        return cls(problem.state.pos_enu_m[middle], to_sensor, (y - Q @ (Q.T @ y)).ravel(), Q, problem.policy)
 
     @cached_property
     def extent_m(self) -> float:
         """Longest side of the path's bounding box."""
-        return _extent_m(self.path)
+        return float(np.ptp(self.path, axis=0).max())
 
-    def loudest(self) -> Array:
-        """Section (m, 3) of the path with the middle half of the residual's fourth power, in which noise counts little.
+    def grid(self) -> Array:
+        """Grid positions (m, 3) around the path, neither on the path nor so far that the field is a uniform gradient.
 
-        About a third as long as the distance of a dipole; extended by a sample on each side, since the section may be a
-        single sample.
+        A second grid scaled to the path is added where the path's extent differs much from the first grid's: aerial
+        surveys, hand-held sensors. A third grid covers the section with the middle half of the residual's fourth power,
+        in which noise counts little: a near body there could lie between the other cells. The section, extended by a
+        sample on each side, is about a third as long as the distance of a dipole.
         """
+        policy = self.policy
+        boxes = [(self.path, policy.place_margin_m)]
+        own, ratio = policy.other_place * self.extent_m, policy.other_scale
+        if not 1 / ratio < own / policy.place_margin_m < ratio:
+            boxes.append((self.path, own))
         power = np.cumsum((self.y.reshape(-1, 3) ** 2).sum(axis=1) ** 2)
         first, last = np.searchsorted(power, power[-1] * np.array([0.25, 0.75]))
-        return self.path[max(first - 1, 0) : last + 2]
+        loudest = self.path[max(first - 1, 0) : last + 2]
+        about = policy.about_stretch * float(np.ptp(loudest, axis=0).max())
+        if ratio * about < self.extent_m:
+            boxes.append((loudest, about))
+        grid = np.concatenate([_box(path, margin_m, policy) for path, margin_m in boxes])
+        return grid[[self.is_beside(place) for place in grid]]
+
+    def is_beside(self, place: Array) -> bool:
+        """Whether a position is neither on the path nor too far, relative to the path's extent where extreme."""
+        policy, apart_m = self.policy, self.path - place
+        distance_m = np.sqrt(np.einsum("ni,ni->n", apart_m, apart_m).min())
+        nearest_m = min(policy.nearest_place_m, policy.nearest_share * self.extent_m)
+        return bool(nearest_m < distance_m < max(policy.farthest_place_m, policy.farthest_share * self.extent_m))
 
     def residual(self, place: Array) -> Array:
         """Residual (3 n,) after the best dipole moment at a position."""
@@ -128,16 +105,18 @@ class ThinnedPath:
         c = np.linalg.lstsq(flat.T @ flat, flat.T @ self.y, rcond=1e-12)[0]
         return np.asarray(self.y - flat @ c)
 
-    def gain(self, place: Array) -> float:
-        """Squares that a dipole at a position explains."""
-        residual = self.residual(place)
-        return float(self.y @ self.y - residual @ residual)
-
     def best_near(self, start: Array) -> Array:
         """Least-squares position near a start (variable projection)."""
-        return np.asarray(
-            least_squares(self.residual, start, x_scale=min(STEP_M, self.extent_m / 5), max_nfev=25, diff_step=1e-4).x
-        )
+        step_m = min(STEP_M, self.extent_m / 5)
+        return np.asarray(least_squares(self.residual, start, x_scale=step_m, max_nfev=25, diff_step=1e-4).x)
+
+
+def _box(path: Array, margin_m: float, policy: Policy) -> Array:
+    """Even grid (m, 3) on the bounding box of a path (n, 3) with a margin."""
+    low, high, least = path.min(axis=0) - margin_m, path.max(axis=0) + margin_m, policy.place_cells
+    cells = [max(least, min(2 * least, round((b - a) / policy.place_cell_m))) for a, b in zip(low, high, strict=True)]
+    axes = [np.linspace(a, b, n) for a, b, n in zip(low, high, cells, strict=True)]
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
 
 
 @kernel

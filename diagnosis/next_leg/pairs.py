@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from diagnosis.library.candidates import Candidate, iron_candidates, missing_channels
+from diagnosis.library.candidates import Candidate, iron_candidates
 from diagnosis.library.drivers import may_drive
 from diagnosis.library.parameter_search import search_parameters
 from diagnosis.next_leg.separation import LegProblem
@@ -68,7 +68,7 @@ class HypothesisPair:
 
     def _is_observable(self, leg: LegProblem) -> bool:
         """Whether a leg holds the causes of both hypotheses; at rest all changes of the iron are one constant."""
-        missing = any(missing_channels(type(effect), leg.problem) for effect in (self.first, self.second))
+        missing = any(leg.problem.missing_inputs(type(effect)) for effect in (self.first, self.second))
         return not missing and (leg.iron or leg.problem.turns)
 
     def _form_share(self, leg: LegProblem) -> float:

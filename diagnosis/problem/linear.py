@@ -27,6 +27,8 @@ from validation.signals.neighbours import by_neighbours
 Mode = Literal["vector", "strength"]
 FOLLOWS_CHANNEL = next(effect for effect in EFFECTS if effect.with_role("channel"))
 """The effect that follows any channel."""
+UNSEEN_BY_STRENGTH = frozenset({"attitude", "position"})
+"""Inputs of effects that are not observable in the strength alone."""
 LEAST_NOISE = 1e-6
 """Least noise in nT, for a vanishing residual."""
 
@@ -182,6 +184,17 @@ class LinearProblem:
     def field_projection(self) -> Array:
         """Row vectors (n, 3) from a measurement to the field's component, ahead of the iron, along the field."""
         return np.asarray(self.direction @ np.linalg.inv(self.turn))
+
+    def missing_inputs(self, effect: type[Effect] | Effect) -> tuple[str, ...]:
+        """Inputs that an effect needs and the problem lacks, or does not show.
+
+        A field that changes in time changes the strength at any attitude.
+        """
+        needs = set(effect.needs)
+        if self.mode != "strength":
+            return tuple(sorted(needs - self.inputs))
+        of_time = effect.traits.field_source and needs == {"attitude"}
+        return () if of_time else tuple(sorted(needs - (self.inputs - UNSEEN_BY_STRENGTH)))
 
     def matrix_behind(self, effect: type[Effect]) -> Array:
         """Matrix (3, 3) from an effect's contribution, at its place in the chain, to the measured field.

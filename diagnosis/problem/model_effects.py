@@ -15,21 +15,8 @@ from sim.effects.base import Effect
 from sim.state import State
 
 Pose = Callable[[Recording], LinearProblem]
-UNSEEN_BY_STRENGTH = frozenset({"attitude", "position"})
-"""Inputs of effects that are not observable in the strength alone."""
 STEPS = 2
 """Number of iterations between the field and the model's effects along the field."""
-
-
-def missing_inputs(effect: type[Effect] | Effect, problem: LinearProblem) -> set[str]:
-    """Inputs that an effect needs and a problem lacks, or does not show.
-
-    A field that changes in time changes the strength at any attitude.
-    """
-    if problem.mode != "strength":
-        return set(effect.needs) - problem.inputs
-    of_time = effect.traits.field_source and set(effect.needs) == {"attitude"}
-    return set() if of_time else set(effect.needs) - (problem.inputs - UNSEEN_BY_STRENGTH)
 
 
 def pose_without_model_effects(pose: Pose, recording: Recording, effects: Sequence[Effect]) -> LinearProblem:
@@ -39,7 +26,7 @@ def pose_without_model_effects(pose: Pose, recording: Recording, effects: Sequen
     are left out.
     """
     problem = pose(recording)
-    known = [effect for effect in effects if not (missing_inputs(effect, problem) or effect.traits.converter)]
+    known = [effect for effect in effects if not (problem.missing_inputs(effect) or effect.traits.converter)]
     added_nT = np.zeros_like(recording.mag_nT)
     for _ in range(STEPS if any(map(_is_beyond_iron, known)) else 0):
         added_nT = beyond_iron_nT(known, problem.state)

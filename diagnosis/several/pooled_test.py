@@ -13,7 +13,7 @@ from diagnosis.evidence.held_out import search_price
 from diagnosis.evidence.hypothesis import Hypothesis, information_matrices, remaining, white_noise_model
 from diagnosis.evidence.noise_model import NoiseModel
 from diagnosis.evidence.projections import products
-from diagnosis.library.candidates import Candidate, missing_channels
+from diagnosis.library.candidates import Candidate
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.several.coefficients import CoefficientEstimate, cross_predicted_gain, with_scatter
@@ -282,7 +282,7 @@ def columns_in(candidate: Candidate, problem: LinearProblem) -> Array | None:
     values, effect, state = dict(candidate.nonlinear), candidate.effect, problem.state
     motor, channel = (values.get(effect.with_role(role) or "") for role in ("motor", "channel"))
     holds = (not motor or motor in state.motors) and (not channel or channel in state.channels)
-    if missing_channels(effect, problem) or not holds:
+    if problem.missing_inputs(effect) or not holds:
         return None
     columns = candidate.columns(problem)
     return columns if np.isfinite(columns).all() and columns.any() else None

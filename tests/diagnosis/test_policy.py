@@ -42,7 +42,7 @@ GUARDS = {
     "coefficients.py": {"OPEN"},
     "common_effects.py": {"STEP"},
     "candidates.py": {"HEADROOM"},
-    "step_times.py": {"PIECE", "OWN_NOISE", "LEAST_SHARE"},
+    "parameter_search.py": {"PIECE", "OWN_NOISE", "LEAST_SHARE"},
     "drivers.py": {"ROUNDING", "LEAST_RANGE"},
     "field_pulsations.py": {"ROWS", "TOGETHER", "FINER", "ROUNDS"},
     "dipole_position.py": {"MEAN_S", "MOST_MEANS", "SAME_M", "LEAST_M", "STEP_M"},

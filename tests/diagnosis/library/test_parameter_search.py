@@ -9,13 +9,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from diagnosis.evidence.baseline import Baseline
-from diagnosis.library import step_times as moments_module
 from diagnosis.library.candidates import Candidate
-from diagnosis.library.dipole_position import ThinnedPath, _is_near, find_places
-from diagnosis.library.gradient_origin import find_origins
-from diagnosis.library.parameter_search import SEARCHES, refine_between_neighbours, search_parameters
-from diagnosis.library.step_times import _gains, _gains_along_field, find_moments
-from diagnosis.library.tone_frequency import find_tones
+from diagnosis.library.dipole_position import ThinnedPath
+from diagnosis.library.parameter_search import SEARCHES, refine_between_neighbours, search_parameters, step_gains
 from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose
 from diagnosis.problem.level import Level
@@ -54,7 +50,7 @@ def _stepped(at: int, step_nT: tuple[float, float, float]) -> LinearProblem:
 @pytest.mark.parametrize("at", [700, 2000, 3500])
 def test_the_moment_of_a_step_is_its_sample(at: int) -> None:
     posed = _stepped(at, (8.0, -6.0, 4.0))
-    (found,) = find_moments(posed, _left(posed), Candidate(_sought("moment")))
+    (found,) = search_parameters(posed, _left(posed), [Candidate(_sought("moment"))])
     assert float(_value(found, "moment")) == pytest.approx(at / HZ, abs=1.5 / HZ)
     assert found.tried == 4000
 
@@ -66,7 +62,7 @@ def test_the_gain_of_a_moment_is_that_of_dense_least_squares() -> None:
     step = np.r_[np.zeros(t), np.ones(len(left) - t)]
     step -= posed.base @ np.linalg.lstsq(posed.base, step, rcond=None)[0]
     dense = ((step @ left) ** 2).sum() / (step @ step)
-    assert _gains(posed, left)[t] == pytest.approx(dense, rel=1e-6)
+    assert step_gains(posed, left, Candidate(_sought("moment")))[t] == pytest.approx(dense, rel=1e-6)
 
 
 def test_a_step_is_found_through_the_strength_alone() -> None:
@@ -74,8 +70,8 @@ def test_a_step_is_found_through_the_strength_alone() -> None:
     mag = given.mag_nT.copy()
     mag[1800:] += (30.0, -20.0, 25.0)
     posed = problem(without_attitude(replace(given, mag_nT=mag)))
-    candidate = Candidate(_sought("moment"), (("time_s", 0.0),))
-    (found,) = find_moments(posed, _left(posed), candidate)
+    candidate = Candidate(_sought("moment"))
+    (found,) = search_parameters(posed, _left(posed), [candidate])
     assert float(_value(found, "moment")) == pytest.approx(180.0, abs=5.0)
 
 
@@ -94,8 +90,8 @@ def _on_long_legs(at: int) -> LinearProblem:
 @pytest.mark.parametrize("at", [900, 1700, 2300])
 def test_a_step_is_found_beside_iron_that_takes_up_most_of_it(at: int) -> None:
     posed = _on_long_legs(at)
-    candidate = Candidate(_sought("moment"), (("time_s", 0.0),))
-    (found,) = find_moments(posed, _left(posed), candidate)
+    candidate = Candidate(_sought("moment"))
+    (found,) = search_parameters(posed, _left(posed), [candidate])
     assert float(_value(found, "moment")) == pytest.approx(at / HZ, abs=5.0)
 
 
@@ -109,39 +105,36 @@ def test_noise_is_not_fitted_to_itself_where_a_sensor_rests() -> None:
     uneven = np.diag([1.0, 1.1, 2.0])
     mag = turn.inv().apply([200.0, 41_300.0, 8_300.0]) @ uneven + [0.0, 0.0, 20_000.0] + 45 * rng.normal(size=(4000, 3))
     posed = pose(Recording(time_s=t, mag_nT=mag), None, 42_100.0, ())
-    E = Candidate(_sought("moment"), (("time_s", 0.0),)).columns(posed)
-    assert _gains_along_field(posed, _left(posed), E)[80:-80].max() / 2 < 15
+    assert step_gains(posed, _left(posed), Candidate(_sought("moment"))).max() / 2 < 15
 
 
-def test_the_gain_along_the_field_is_that_of_dense_least_squares(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whatever the pieces that it is summed in, with samples left out."""
-    monkeypatch.setattr(moments_module, "PIECE", 700)
+def test_the_gain_along_the_field_is_that_of_dense_least_squares() -> None:
+    """Summed in pieces, with samples left out."""
     whole = _on_long_legs(1700)
     posed = whole.without(np.arange(3000) % 7 == 0)
     _as_dense(posed, (1234, 1701))
 
 
-def test_so_it_is_of_strength_and_dip(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(moments_module, "PIECE", 700)
+def test_so_it_is_of_strength_and_dip() -> None:
     given = recording(hidden={"offset_jump": {"time_s": 170.0, "step_nT": [3.0, -5.0, 4.0]}})
     assert given.att_q is not None
     level = Level.of(matrix_from_q(given.att_q), FIELD_ENU_NT, STANDARD)
     posed = pose(without_attitude(given), None, STRENGTH_NT, (), level=level)
     _as_dense(posed.without(np.arange(4000) % 7 == 0), (1234, 1701))
-    (found,) = find_moments(posed, _left(posed), Candidate(_sought("moment")))
+    (found,) = search_parameters(posed, _left(posed), [Candidate(_sought("moment"))])
     assert dict(found.nonlinear)["time_s"] == pytest.approx(170.0, abs=1.0)
 
 
 def _as_dense(posed: LinearProblem, at: tuple[int, ...]) -> None:
     """Whether the gain at these samples is that of dense least squares over all outputs."""
     left, n = _left(posed), len(posed.target)
-    E = Candidate(_sought("moment"), (("time_s", 0.0),)).columns(posed)
+    E = Candidate(_sought("moment")).columns(posed)
     base = posed.base.reshape(left.size, -1)
     for t in at:
         step = np.where((np.arange(n) >= t)[:, None, None], E, 0.0).reshape(left.size, 3)
         step -= base @ np.linalg.lstsq(base, step, rcond=None)[0]
         y = step @ np.linalg.lstsq(step, left.ravel(), rcond=None)[0]
-        assert _gains_along_field(posed, left, E)[t] == pytest.approx(y @ y, rel=1e-3)
+        assert step_gains(posed, left, Candidate(_sought("moment")))[t] == pytest.approx(y @ y, rel=1e-3)
 
 
 @pytest.mark.parametrize("tone_hz", [0.3217, 1.2345, 3.9])
@@ -152,7 +145,7 @@ def test_a_tone_is_found_between_the_lines(tone_hz: float) -> None:
     posed = problem(replace(given, mag_nT=given.mag_nT + wave[:, None] * np.array([0.8, 0.3, -0.5])))
     motor = _sought("frequency").with_role("motor")
     assert motor is not None
-    (found,) = find_tones(posed, _left(posed), Candidate(_sought("frequency"), ((motor, 0),)))
+    (found,) = search_parameters(posed, _left(posed), [Candidate(_sought("frequency"), ((motor, 0),))])
     assert float(_value(found, "frequency")) == pytest.approx(tone_hz, abs=1e-3)
 
 
@@ -165,7 +158,7 @@ def test_the_frequency_of_a_ripple_is_found_across_gaps() -> None:
     wave = np.sin(2 * np.pi * 1.237 * given.time_s) * given.current_A[:, 0]
     waving = replace(given, mag_nT=given.mag_nT + wave[:, None] * np.array([0.8, 0.3, -0.5]))
     posed = problem(waving.taken(there))
-    (found,) = find_tones(posed, _left(posed), Candidate(_sought("frequency")))
+    (found,) = search_parameters(posed, _left(posed), [Candidate(_sought("frequency"))])
     assert float(_value(found, "frequency")) == pytest.approx(1.237, abs=1e-3)
 
 
@@ -174,7 +167,7 @@ def test_a_ripple_along_a_field_that_turns_is_found_where_its_line_is_split() ->
     given = recording(noise_nT=1.0)
     wave = 2 * np.sin(2 * np.pi * 1.237 * given.time_s) * given.current_A.sum(axis=1)
     posed = problem(without_attitude(replace(given, mag_nT=given.mag_nT + wave[:, None] * np.array([1.0, 0.0, 0.0]))))
-    (found,) = find_tones(posed, _left(posed), Candidate(_sought("frequency")))
+    (found,) = search_parameters(posed, _left(posed), [Candidate(_sought("frequency"))])
     assert float(_value(found, "frequency")) == pytest.approx(1.237, abs=1e-3)
 
 
@@ -182,7 +175,7 @@ def test_a_ripple_is_never_slower_than_the_policy_says() -> None:
     given = recording()
     slow = 20 * np.sin(2 * np.pi * 0.02 * given.time_s)
     posed = problem(replace(given, mag_nT=given.mag_nT + slow[:, None]))
-    (found,) = find_tones(posed, _left(posed), Candidate(_sought("frequency")))
+    (found,) = search_parameters(posed, _left(posed), [Candidate(_sought("frequency"))])
     assert float(_value(found, "frequency")) > posed.policy.slowest_tone_hz - 1 / 400
 
 
@@ -195,7 +188,7 @@ def _with_dipole(place: Array) -> LinearProblem:
 def test_a_dipole_is_found_at_its_place() -> None:
     place = np.array([8.0, 14.0, -8.0])
     posed = _with_dipole(place)
-    found = find_places(posed, _left(posed), Candidate(_sought("place")))
+    found = search_parameters(posed, _left(posed), [Candidate(_sought("place"))])
     assert found
     assert min(np.linalg.norm(_value(one, "place") - place) for one in found) < 0.5
 
@@ -205,7 +198,7 @@ def test_a_body_lies_beside_the_path_and_not_far_off(up_m: float, beside: bool) 
     posed = problem()
     thin = ThinnedPath.of(posed, _left(posed))
     top = thin.path[np.argmax(thin.path[:, 2])]
-    assert _is_near(thin, top + np.array([0.0, 0.0, up_m]), STANDARD) is beside
+    assert thin.is_beside(top + np.array([0.0, 0.0, up_m])) is beside
 
 
 @pytest.mark.parametrize("scale", [0.04, 30.0], ids=["in a hand", "from the air"])
@@ -221,7 +214,7 @@ def test_a_dipole_is_found_at_the_scale_of_its_path(scale: float) -> None:
     state = problem(moved).state
     added = body.contribution(state, state.field_nT, np.random.default_rng(0), {})
     posed = problem(replace(moved, mag_nT=moved.mag_nT + added))
-    found = find_places(posed, _left(posed), Candidate(effect))
+    found = search_parameters(posed, _left(posed), [Candidate(effect)])
     assert min(np.linalg.norm(_value(one, "place") - place) for one in found) < 0.5 * scale
 
 
@@ -230,7 +223,7 @@ def test_an_origin_is_found_but_for_what_a_scale_takes_up(origin: tuple[float, f
     """The found and the true origin give the same field across the earth's; no place is nearer to the path."""
     G = np.array([[0.4, -0.2, 0.1], [-0.2, 0.3, 0.5], [0.1, 0.5, -0.7]])
     posed = problem(hidden={"field_gradient": {"gradient_nT_m": G.tolist(), "origin_enu_m": list(origin)}})
-    given, found = find_origins(posed, _left(posed), Candidate(_sought("origin")))
+    given, found = search_parameters(posed, _left(posed), [Candidate(_sought("origin"))])
     assert given.tried == 1 < found.tried
     F = posed.state.field_enu_nT / STRENGTH_NT
     constant_nT = G @ (np.array(origin) - _value(found, "origin"))
@@ -246,7 +239,7 @@ def test_no_origin_is_tried_beyond_its_bounds() -> None:
     G = np.diag([1.0, 1.0, -2.0]) * 1e-7
     posed = problem(hidden={"field_gradient": {"gradient_nT_m": G.tolist()}}, noise_nT=1e-9)
     constant = posed.whitened(posed.state.R_wb.transpose(0, 2, 1), RegionalField) @ np.array([9e3, 0.0, 0.0])
-    assert [one.tried for one in find_origins(posed, _left(posed) + constant, sought)] == [1]
+    assert [one.tried for one in search_parameters(posed, _left(posed) + constant, [sought])] == [1]
 
 
 def test_unit_dipoles_are_the_effects_own() -> None:
@@ -292,7 +285,7 @@ def _tone(frequency_hz: float, n: int) -> float:
     """The tone that is found in a ripple of one that the current drives."""
     posed = problem(n=n)
     wave = np.sin(2 * np.pi * frequency_hz * posed.state.time_s) * posed.state.current_of(0)
-    (found,) = find_tones(posed, wave[:, None] * np.ones(3), Candidate(_sought("frequency")))
+    (found,) = search_parameters(posed, wave[:, None] * np.ones(3), [Candidate(_sought("frequency"))])
     return float(_value(found, "frequency"))
 
 
@@ -310,7 +303,7 @@ def test_a_jump_at_an_end_is_not_told_from_iron(share: float, found: bool) -> No
     posed = problem(n=4000)
     at = round(4000 * (1 - share))
     jump = posed.target + 1e4 * (np.arange(4000) >= at)[:, None]
-    (one,) = find_moments(posed, jump, Candidate(_sought("moment")))
+    (one,) = search_parameters(posed, jump, [Candidate(_sought("moment"))])
     assert (abs(float(_value(one, "moment")) - float(posed.state.time_s[at])) < 0.15) is found
 
 
@@ -322,7 +315,6 @@ def test_a_step_explains_no_more_than_there_is_where_iron_explains_all_to_roundi
     mag = 40_000.0 * np.column_stack([wide * np.cos(turn), wide * np.sin(turn), height]) + [300.0, 0.0, 0.0]
     posed = pose(Recording(time_s=t, mag_nT=mag), None, 40_000.0, ())
     left = _left(posed)
-    E = Candidate(_sought("moment"), (("time_s", 0.0),)).columns(posed)
-    gain = _gains_along_field(posed, left, E)
+    gain = step_gains(posed, left, Candidate(_sought("moment")))
     assert gain.min() >= 0.0
     assert gain.max() <= (left**2).sum()

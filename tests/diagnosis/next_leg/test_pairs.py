@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from diagnosis.library.candidates import Candidate, iron_candidates
-from diagnosis.next_leg import pairs
 from diagnosis.next_leg.pairs import HypothesisPair, _settings, pairs_of
 from diagnosis.next_leg.separation import LegProblem
 from diagnosis.policy import STANDARD
@@ -113,14 +112,13 @@ def test_a_leg_at_rest_tells_changes_of_the_iron_apart_only_where_iron_is_fitted
     ],
 )
 def test_what_a_leg_tells_of_two_is_what_the_wrong_one_lacks_beyond_an_error_of_form(  # type: ignore[no-untyped-def]
-    one, second, listed, iron, lacked, missing, nats, monkeypatch: pytest.MonkeyPatch
+    one, second, listed, iron, lacked, missing, nats
 ) -> None:
     """Of 100 nats: whichever of look-alikes is true, but what one makes of the other; of a kin, a course, the iron."""
-    monkeypatch.setattr(pairs, "missing_channels", lambda effect, problem: missing)
     pair = HypothesisPair(one(), second(), (), (), listed)
     leg: Any = SimpleNamespace(
         iron=iron,
-        problem=SimpleNamespace(policy=STANDARD, turns=True),
+        problem=SimpleNamespace(policy=STANDARD, turns=True, missing_inputs=lambda effect: missing),
         total_nats=lambda true: 100.0,
         missing_nats=lambda true, wrong: lacked[0] if true is pair.first else lacked[1],
     )
