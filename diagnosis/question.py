@@ -10,11 +10,9 @@ from typing import Any, Self
 import numpy as np
 
 from diagnosis.policy import STANDARD, Policy
-from diagnosis.problem.actuators import with_actuators
-from diagnosis.problem.array_sensor import model_of_sensor, one_sensor
 from diagnosis.problem.formulation import pose_model
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.problem.relative import BY_MODEL, needs_field
+from diagnosis.problem.sensors import BY_MODEL, model_of_sensor, needs_field, one_sensor, with_actuators
 from diagnosis.sources import Source
 from recordings import Recording
 from recordings.channels import may_be_cause

@@ -12,8 +12,8 @@ from diagnosis.decision.monotone_courses import driving_channels
 from diagnosis.decision.remarks import reference_remarks
 from diagnosis.decision.sentence import channel_curves, driver_of
 from diagnosis.evidence.along_field import is_attitude_error
-from diagnosis.problem.actuators import as_currents
 from diagnosis.problem.linear import LinearProblem
+from diagnosis.problem.sensors import as_currents
 from diagnosis.result import Diagnosis, EvidenceKind, NamedEffect, Transfer
 from diagnosis.verdict import Verdict
 from recordings.channels import ALTITUDE, LATITUDE, LONGITUDE

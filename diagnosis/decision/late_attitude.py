@@ -17,7 +17,7 @@ from diagnosis.evidence.reference_checks import gap_beside_iron_nT
 from diagnosis.problem.blocks import fit
 from diagnosis.problem.formulation import pose_again
 from diagnosis.problem.linear import LinearProblem, ReferenceCorrection
-from diagnosis.problem.rates import attitude_at, attitude_course
+from diagnosis.problem.motion import attitude_at, attitude_course
 from sim.effects.traits import LATE
 from sim.rotation import matrix_from_q, to_body
 from validation.signals.amplitude import rms
@@ -40,7 +40,7 @@ def attitude_in_time(selection: Selection) -> Iterator[tuple[str, LinearProblem]
     policy = problem.policy
     if not problem.turns:
         return
-    rate = problem.field_columns(problem.state.field_rate_nT_s[:, :, None])
+    rate = problem.whitened(problem.state.field_rate_nT_s[:, :, None])
     first_s = float(fit(start.sums_with(rate), start.all_folds).c[-1])  # common to all axes: the lead, if small
     if first_s <= policy.fair_share * problem.state.interval_s:
         return

@@ -11,9 +11,9 @@ from scipy.stats import spearmanr
 
 from diagnosis.evidence.localise import TIME, ChannelShare, channels, channels_on_within, correlation
 from diagnosis.library.drivers import find_drivers
-from diagnosis.problem.actuators import as_currents
 from diagnosis.problem.blocks import Cut
 from diagnosis.problem.linear import LinearProblem
+from diagnosis.problem.sensors import as_currents
 from diagnosis.result import EvidenceKind, NamedEffect
 from recordings.channels import current_name
 from scenarios.arrays import Array

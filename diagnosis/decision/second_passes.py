@@ -12,9 +12,8 @@ from diagnosis.decision.selection import Progress, Selection, choose_windows_aga
 from diagnosis.evidence.candidate_result import withdraw_names
 from diagnosis.evidence.reference_checks import pose_without_dip
 from diagnosis.problem.blocks import fit
-from diagnosis.problem.formulation import pose_again
+from diagnosis.problem.formulation import pose_again, refit_iron
 from diagnosis.problem.linear import LinearProblem, ReferenceCorrection, pauses_after, sample_noise
-from diagnosis.problem.strength import refit_iron
 from scenarios.arrays import Array
 from validation.signals.amplitude import rms
 

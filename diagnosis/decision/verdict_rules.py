@@ -12,8 +12,8 @@ from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.localise import TIME, ChannelShare, channels, courses_on_within, find_followed_channel, localise
 from diagnosis.evidence.rising_spectrum import RisingSpectrum
 from diagnosis.evidence.slow_noise import follows_time_only
-from diagnosis.problem.actuators import as_currents
 from diagnosis.problem.linear import LinearProblem
+from diagnosis.problem.sensors import as_currents
 from diagnosis.problem.strength import turns_too_fast
 from diagnosis.result import EvidenceKind, GapSize, NamedEffect
 from diagnosis.verdict import Verdict

@@ -30,10 +30,8 @@ class Baseline:
     @classmethod
     def of(cls, problem: LinearProblem, several: Iterable[Array] = ()) -> Baseline:
         """The baseline of a problem with the columns (n, q, k) of several effects accepted; none by default."""
-        (n, q), policy = problem.target.shape, problem.policy
-        cut = Cut.of(n, problem.state.interval_s, policy)
-        bare = sums(cut, problem.base, np.zeros((n, q, 0)), problem.target, problem.usable)
-        return cls(problem, cut, (), bare).with_all(several)
+        cut = Cut.of(len(problem.target), problem.state.interval_s, problem.policy)
+        return cls(problem, cut, (), sums(cut, problem.base, problem.target, problem.usable)).with_all(several)
 
     @property
     def all_folds(self) -> NDArray[np.bool_]:
@@ -74,7 +72,8 @@ class Baseline:
 
     def sums_with(self, columns: Array) -> Sums:
         """Sums of the accepted columns and of further columns (n, q, k); the further columns are not stored."""
-        return extend_sums(self.sums, self.cut, self.problem.base, self.accepted_columns, columns, self.problem.target)
+        known = (self.problem.target[:, :, None], *self.accepted_columns)
+        return extend_sums(self.sums, self.cut, self.problem.base, known, columns)
 
     def held_out_samples(self) -> NDArray[np.bool_]:
         """Mask (n,) of the samples that the first split holds out.

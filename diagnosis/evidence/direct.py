@@ -11,8 +11,7 @@ from scipy.ndimage import median_filter
 
 from diagnosis.evidence.bursts import find_burst_peaks, runs
 from diagnosis.policy import Policy
-from diagnosis.problem.linear import LinearProblem, pauses_after
-from diagnosis.problem.repeated_rows import held, repeated
+from diagnosis.problem.linear import LinearProblem, held, pauses_after, repeated
 from scenarios.arrays import Array
 from scenarios.errors import InputError
 from sim.effects import of_sign

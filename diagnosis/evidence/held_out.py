@@ -66,8 +66,7 @@ class Evidence:
     @property
     def raw_gain(self) -> float:
         """Nats that the effect explains without a refit of the base."""
-        samples = float(self.sums.count.sum()) * self.sums.y1.shape[1]
-        return float(samples * (self.strength / max(self.survival, 1e-9)) ** 2 / 2)
+        return float(self.sums.samples * (self.strength / max(self.survival, 1e-9)) ** 2 / 2)
 
     def is_behind(self, best: Evidence, policy: Policy) -> bool:
         """Whether the data distinguish the candidate from a better candidate."""
@@ -125,7 +124,7 @@ def judge_settings(baseline: Baseline, settings: Sequence[Candidate]) -> Evidenc
     policy, tried = baseline.problem.policy, list[tuple[Candidate, Sums, BlockFit, float]]()
     for setting in settings:
         joint = baseline.sums_with(setting.columns(baseline.problem))
-        power = np.einsum("fkk->k", joint.EE[:, baseline.sums.width :, baseline.sums.width :])
+        power = np.einsum("fkk->k", joint.CC[:, 1 + baseline.sums.width :, 1 + baseline.sums.width :])
         if np.isfinite(power).all() and power.any():
             whole = fit(joint, baseline.all_folds)
             tried.append((setting, joint, whole, squares(joint, whole, baseline.all_folds)))
@@ -159,9 +158,9 @@ def misfit(baseline: Baseline, candidate: Candidate) -> float:
 def _strength(s: Sums, whole: BlockFit, k: int) -> tuple[float, float]:
     """Rms of the last k columns' contribution after the base is refitted, and its ratio to the rms before."""
     c = whole.c[-k:]
-    raw = float(c @ s.EE.sum(axis=0)[-k:, -k:] @ c)
-    BB, BE = s.BB.sum(axis=0), s.BE.sum(axis=0)[:, :, -k:] @ c
+    raw = float(c @ s.CC.sum(axis=0)[-k:, -k:] @ c)
+    BB, BE = s.BB.sum(axis=0), s.BC.sum(axis=0)[:, :, -k:] @ c
     taken = float(np.einsum("pq,pr,rq->", BE, symmetric_inverse(BB, 1e-13), BE))
     remaining = max(raw - taken, 0.0)
-    samples = max(float(s.count.sum()) * s.y1.shape[1], 1.0)
+    samples = max(s.samples, 1.0)
     return math.sqrt(remaining / samples), math.sqrt(remaining / raw) if raw > 0 else 0.0

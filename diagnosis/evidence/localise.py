@@ -10,9 +10,9 @@ import numpy as np
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.library.drivers import CHANNEL_LAGS, Driver, find_drivers, in_axes
 from diagnosis.policy import Policy
-from diagnosis.problem.actuators import as_currents
 from diagnosis.problem.blocks import Cut
 from diagnosis.problem.linear import LinearProblem
+from diagnosis.problem.sensors import as_currents
 from scenarios.arrays import Array
 from sim.rotation import matrix_from_q
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import Policy
-from diagnosis.problem.actuators import as_currents
 from diagnosis.problem.linear import LinearProblem
+from diagnosis.problem.sensors import as_currents
 from recordings.channels import SCALAR
 from scenarios.arrays import Array
 from sim.effects.base import Effect

@@ -9,7 +9,7 @@ from scipy.optimize import minimize_scalar
 
 from diagnosis.library.candidates import Candidate
 from diagnosis.library.dipole_position import find_places
-from diagnosis.problem.blocks import Cut, fit, sums
+from diagnosis.problem.blocks import Cut, extend_sums, fit, sums
 from diagnosis.problem.linear import LinearProblem
 from scenarios.arrays import Array
 from sim.effects.resampling import SPARSEST
@@ -57,7 +57,7 @@ def step_gains(problem: LinearProblem, residual: Array, candidate: Candidate) ->
     legs iron absorbs much of a step, and more of a step at the wrong time.
     """
     B = problem.base.reshape(-1, problem.base.shape[-1])
-    inverse, y = np.linalg.pinv(B.T @ B, rcond=1e-13, hermitian=True), residual.reshape(len(B), -1)
+    inverse, y = np.asarray(np.linalg.pinv(B.T @ B, rcond=1e-13, hermitian=True)), residual.reshape(len(B), -1)
     free, margin = (y - B @ (inverse @ (B.T @ y))).reshape(residual.shape), problem.policy.step_margin
     if problem.mode == "vector":
         beyond_B, beyond_1, beyond_y = (_sums_to_end(values) for values in (problem.base, problem.usable, free))
@@ -166,7 +166,8 @@ def _gradient_and_constant(problem: LinearProblem, residual: Array, about: Candi
     constant = problem.whitened(problem.state.R_wb.transpose(0, 2, 1), about.effect)
     columns = np.concatenate([about.columns(problem), constant], axis=2)
     cut = Cut.of(len(residual), problem.state.interval_s, problem.policy)
-    s = sums(cut, problem.base, columns, residual, problem.usable)
+    s = sums(cut, problem.base, residual, problem.usable)
+    s = extend_sums(s, cut, problem.base, [residual[:, :, None]], columns)
     found = fit(s, s.all_folds).c
     G = sum(value * unit for value, (_, unit) in zip(found[:-3], about.effect.linear_units(), strict=True))
     return np.asarray(G), found[-3:]

@@ -72,70 +72,62 @@ def held_out_folds(policy: Policy) -> Iterator[NDArray[np.bool_]]:
 
 @dataclass(frozen=True)
 class Sums:
-    """Sums of the columns of a problem: base B (p), effects E (k), target y (q outputs).
+    """Sums of a base B (p) and of columns C = [y, E]: target y and k effect columns E, each with q outputs.
 
-    BB (f, p, p), BE (f, p, q, k), EE (f, k, k), By (f, p, q), Ey (f, k), yy (f,): products over each of f folds; B1 (m,
-    p), E1 (m, q, k), y1 (m, q): sums over each of m blocks; count (m,): samples. The outputs have one base and
-    coefficients of their own. With shared coefficients and a base for each output, the outputs are further rows: BE (f,
-    p, 1, k), By (f, p, 1), B1 (m, q, p).
+    BB (f, p, p), BC (f, p, q, 1 + k), CC (f, 1 + k, 1 + k): products over each of f folds; B1 (m, p), C1 (m, q, 1 + k):
+    sums over each of m blocks; count (m,): samples. The outputs have one base and coefficients of their own. With
+    shared coefficients and a base for each output, the outputs are further rows: BC (f, p, 1, 1 + k), B1 (m, q, p).
     """
 
     BB: Array
-    BE: Array
-    EE: Array
-    By: Array
-    Ey: Array
-    yy: Array
+    BC: Array
+    CC: Array
     B1: Array
-    E1: Array
-    y1: Array
+    C1: Array
     count: Array
 
     @property
     def width(self) -> int:
         """Number k of effect columns."""
-        return int(self.EE.shape[1])
+        return int(self.CC.shape[1]) - 1
+
+    @property
+    def samples(self) -> float:
+        """Number of usable samples times outputs."""
+        return float(self.count.sum() * self.C1.shape[1])
 
     @property
     def all_folds(self) -> NDArray[np.bool_]:
         """Mask (f,) of all folds."""
-        return np.ones(len(self.yy), bool)
+        return np.ones(len(self.BB), bool)
 
 
-def sums(cut: Cut, base: Array, columns: Array, target: Array, usable: Array) -> Sums:
-    """Sums of base (n, p), or (n, q, p) with shared coefficients, columns (n, q, k) and target (n, q)."""
-    B, y = _as_rows(base, target[:, :, None])
-    q, f, p, r = target.shape[1], cut.folds, B.shape[2], y.shape[2]
+def sums(cut: Cut, base: Array, target: Array, usable: Array) -> Sums:
+    """Sums of base (n, p), or (n, q, p) with shared coefficients, and target (n, q), without effects."""
+    f, q, rows = cut.folds, target.shape[1], _as_rows(base, target[:, :, None])[0]
     bare = Sums(
-        BB=cut.products(B, B),
-        BE=np.zeros((f, p, r, 0)),
-        EE=np.zeros((f, 0, 0)),
-        By=cut.products(B, y),
-        Ey=np.zeros((f, 0)),
-        yy=cut.products(target[:, :, None], target[:, :, None])[:, 0, 0],
+        BB=cut.products(rows, rows),
+        BC=np.zeros((f, rows.shape[2], q if base.ndim == 2 else 1, 0)),
+        CC=np.zeros((f, 0, 0)),
         B1=cut.blocks(base).sum(axis=1),
-        E1=np.zeros((cut.m, q, 0)),
-        y1=cut.blocks(target).sum(axis=1),
+        C1=np.zeros((cut.m, q, 0)),
         count=cut.blocks(usable).sum(axis=1),
     )
-    return extend_sums(bare, cut, base, (), columns, target)
+    return extend_sums(bare, cut, base, (), target[:, :, None])
 
 
-def extend_sums(
-    s: Sums, cut: Cut, base: Array, accepted_columns: Sequence[Array], columns: Array, target: Array
-) -> Sums:
-    """Sums extended by columns (n, q, k), given the accepted column groups (n, q, .) already in the sums."""
+def extend_sums(s: Sums, cut: Cut, base: Array, known: Sequence[Array], columns: Array) -> Sums:
+    """Sums extended by columns (n, q, k), given the groups (n, q, .) of columns already in the sums, target first."""
     none = np.zeros((cut.folds, 0, columns.shape[2]))
-    across = np.concatenate([none, *(cut.products(accepted, columns) for accepted in accepted_columns)], axis=1)
-    own = cut.products(columns, columns)
-    taken = cut.products(*_as_rows(base, columns)).reshape(*s.BE.shape[:3], columns.shape[2])
-    upper, lower = np.concatenate([s.EE, across], axis=2), np.concatenate([across.transpose(0, 2, 1), own], axis=2)
+    across = np.concatenate([none, *(cut.products(before, columns) for before in known)], axis=1)
+    upper = np.concatenate([s.CC, across], axis=2)
+    lower = np.concatenate([across.transpose(0, 2, 1), cut.products(columns, columns)], axis=2)
+    taken = cut.products(*_as_rows(base, columns)).reshape(*s.BC.shape[:3], columns.shape[2])
     return replace(
         s,
-        BE=np.concatenate([s.BE, taken], axis=3),
-        EE=np.concatenate([upper, lower], axis=1),
-        Ey=np.concatenate([s.Ey, cut.products(columns, target[:, :, None])[:, :, 0]], axis=1),
-        E1=np.concatenate([s.E1, cut.blocks(columns).sum(axis=1)], axis=2),
+        BC=np.concatenate([s.BC, taken], axis=3),
+        CC=np.concatenate([upper, lower], axis=1),
+        C1=np.concatenate([s.C1, cut.blocks(columns).sum(axis=1)], axis=2),
     )
 
 
@@ -153,32 +145,35 @@ class BlockFit:
     c: Array
     covariance: Array
 
+    @property
+    def of_columns(self) -> Array:
+        """Factors (1 + k,) of target and effects that give the residual, but for the base."""
+        return np.concatenate([[1.0], -self.c])
+
 
 def fit(s: Sums, use: NDArray[np.bool_]) -> BlockFit:
     """Least squares on the folds `use` (f,): c from the orthogonal complement of the base, then beta."""
-    BB, BE, EE = s.BB[use].sum(axis=0), s.BE[use].sum(axis=0), s.EE[use].sum(axis=0)
-    By, Ey = s.By[use].sum(axis=0), s.Ey[use].sum(axis=0)
+    BB, BC, CC = (products[use].sum(axis=0) for products in (s.BB, s.BC, s.CC))
     inverse = symmetric_inverse(BB, 1e-13)
-    through = np.einsum("pr,rqk->pqk", inverse, BE)
-    S = EE - np.einsum("pqi,pqk->ik", BE, through)
-    size = np.sqrt(np.maximum(np.diag(EE), 1e-300))
-    covariance = symmetric_inverse(S / np.outer(size, size), 1e-9) / np.outer(size, size)
-    c = covariance @ (Ey - np.einsum("pqk,pq->k", through, By))
-    return BlockFit(inverse @ By - np.einsum("pqk,k->pq", through, c), c, covariance)
+    through = np.einsum("pr,rqk->pqk", inverse, BC)
+    S = CC - np.einsum("pqi,pqk->ik", BC, through)
+    size = np.sqrt(np.maximum(np.diag(CC)[1:], 1e-300))
+    covariance = symmetric_inverse(S[1:, 1:] / np.outer(size, size), 1e-9) / np.outer(size, size)
+    c = covariance @ S[1:, 0]
+    return BlockFit(through[:, :, 0] - through[:, :, 1:] @ c, c, covariance)
 
 
 def squares(s: Sums, f: BlockFit, use: NDArray[np.bool_]) -> float:
     """Sum of squared residuals on the folds `use` (f,)."""
-    pulled = f.c @ s.EE[use].sum(axis=0) @ f.c - 2 * f.c @ s.Ey[use].sum(axis=0)
-    BB, By = s.BB[use].sum(axis=0), s.By[use].sum(axis=0)
-    based = np.einsum("pq,pr,rq->", f.beta, BB, f.beta) - 2 * np.einsum("pq,pq->", f.beta, By)
-    cross = 2 * np.einsum("pq,pqk,k->", f.beta, s.BE[use].sum(axis=0), f.c)
-    return float(s.yy[use].sum() + pulled + based + cross)
+    BB, BC, CC = (products[use].sum(axis=0) for products in (s.BB, s.BC, s.CC))
+    left = BC @ f.of_columns
+    return float(f.of_columns @ CC @ f.of_columns + (f.beta * (BB @ f.beta - 2 * left)).sum())
 
 
 def block_sums(s: Sums, f: BlockFit) -> Array:
     """Sums (m, q) of the residual over each block."""
-    return np.asarray(s.y1 - (s.B1 @ f.beta).reshape(s.y1.shape) - s.E1 @ f.c)
+    left = s.C1 @ f.of_columns
+    return np.asarray(left - (s.B1 @ f.beta).reshape(left.shape))
 
 
 def colour(total: Array, count: Array, policy: Policy) -> float:

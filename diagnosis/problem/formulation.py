@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
+from scipy.fft import dct, idct
 
+from calib.numerics.noise import white_noise_std
 from diagnosis.policy import STANDARD, Policy
-from diagnosis.problem.at_rest import at_rest, still_problem
-from diagnosis.problem.channels import without_their_noise
+from diagnosis.problem.iron_fit import fit_iron
 from diagnosis.problem.level import Level
 from diagnosis.problem.linear import LinearProblem, ReferenceCorrection
-from diagnosis.problem.rates import moved_attitude
-from diagnosis.problem.relative import recorded_reference, relative_problem
-from diagnosis.problem.repeated_attitude import ContinuousAttitude, interpolate_attitude
+from diagnosis.problem.motion import attitude_at_its_time, motion_of
+from diagnosis.problem.sensors import recorded_reference
 from diagnosis.problem.strength import strength_problem
 from diagnosis.problem.track import FieldTrack
-from diagnosis.problem.vector import motion_of, vector_problem, with_attitude_std
+from diagnosis.problem.vector import relative_problem, still_problem, vector_problem, with_attitude_std
 from recordings import Recording
+from recordings.channels import SCALAR
 from scenarios.arrays import Array
 from scenarios.errors import InputError
 from scenarios.spec import FieldSpec
@@ -27,6 +29,7 @@ from sim.effects.base import Effect
 from sim.effects.chain_position import without_iron
 from sim.field import earth_field_enu_nT
 from sim.scenario import Model
+from validation.signals.amplitude import rms
 from validation.text import duration
 
 NOMINAL_NT = 5e4
@@ -54,19 +57,6 @@ def pose(
     Raises InputError for a recording too short for held-out segments or longer than `LONGEST_S`, and in strength mode
     for a motion that does not determine an ellipsoid.
     """
-    _check_length(recording, policy)
-    if (reference_nT := recorded_reference(recording)) is not None:
-        return relative_problem(recording, reference_nT, effects, policy)
-    if recording.att_q is not None and field_enu_nT is not None:
-        problem = vector_problem(recording, field_enu_nT, effects, policy, track)
-    elif level is None and at_rest(recording, strength_nT, policy):
-        problem = still_problem(recording, effects, policy)
-    else:
-        problem = strength_problem(recording, strength_nT, effects, policy, None, track, level, field_enu_nT)
-    return without_their_noise(problem)
-
-
-def _check_length(recording: Recording, policy: Policy) -> None:
     if len(recording) < policy.least_samples:
         what = f"{len(recording)} samples, at least {policy.least_samples} are needed"
         do = "give a longer recording; magbench calibrate needs ten samples only"
@@ -75,6 +65,15 @@ def _check_length(recording: Recording, policy: Policy) -> None:
         what = f"lasts {duration(length_s)}, and at most {duration(LONGEST_S)} are diagnosed"
         do = "give a part of it; or if its time stamps are no seconds, say so by --map time_s=COLUMN,unit=us"
         raise InputError(what, where="recording", do=do)
+    if (reference_nT := recorded_reference(recording)) is not None:
+        return relative_problem(recording, reference_nT, effects, policy)
+    if recording.att_q is not None and field_enu_nT is not None:
+        problem = vector_problem(recording, field_enu_nT, effects, policy, track)
+    elif level is None and at_rest(recording, strength_nT, policy):
+        problem = still_problem(recording, effects, policy)
+    else:
+        problem = strength_problem(recording, strength_nT, effects, policy, 0.0, track, level, field_enu_nT)
+    return without_their_noise(problem)
 
 
 def pose_model(
@@ -93,26 +92,37 @@ def pose_model(
     Raises InputError as `pose` does, and for an invalid effect table of the model.
     """
     effects = model.chain() if iron_known else without_iron(model.chain())
-    track = FieldTrack.of(recording, model.field)
+    track, delay_s = FieldTrack.of(recording, model.field), model.navigation.attitude_delay_s
     if field_enu_nT is None and model.field is not None:
         field_enu_nT = _field_enu_nT(model.field, track)
     strength = strength_nT or NOMINAL_NT if field_enu_nT is None else float(np.linalg.norm(field_enu_nT))
-    steady, navigation = interpolate_attitude(recording, policy), model.navigation
-    in_time, unknown = moved_attitude(steady.recording, navigation.attitude_delay_s)
-    problem = _with_correction(steady, pose(in_time, field_enu_nT, strength, effects, policy, track)).without(unknown)
-    stated_deg = 0.0 if problem.relative else navigation.attitude_noise_std_deg
+    in_time, share, unknown = attitude_at_its_time(recording, delay_s, policy)
+    problem = pose(in_time, field_enu_nT, strength, effects, policy, track)
+    if problem.turns:
+        problem = replace(problem, corrections=_told_of_repeated(share)).without(unknown)
     known = iron_known and not (problem.still or problem.relative)
-    stated = replace(problem, iron_known=known, attitude_delay_s=navigation.attitude_delay_s)
+    stated_deg = 0.0 if problem.relative else model.navigation.attitude_noise_std_deg
+    stated = replace(problem, iron_known=known, attitude_delay_s=delay_s)
     return with_attitude_std(stated, float(np.radians(stated_deg)))
+
+
+def _told_of_repeated(share: float) -> tuple[ReferenceCorrection, ...]:
+    words = f"The attitude is repeated in {100 * share:.0f} % of the rows, and was taken between its own values."
+    figures = "Log the attitude with its own times, or leave the cells empty in which it is not new."
+    return (ReferenceCorrection(words, figures),) if share else ()
 
 
 def simulated_nT(recording: Recording, model: Model, policy: Policy = STANDARD) -> Array:
     """The field (n, 3) that a model with a field gives along the recorded attitude, without any fit."""
     assert model.field is not None
-    track, steady = FieldTrack.of(recording, model.field), interpolate_attitude(recording, policy).recording
-    in_time, _ = moved_attitude(steady, model.navigation.attitude_delay_s)
-    state = motion_of(in_time, _field_enu_nT(model.field, track), policy, track)
-    return apply_deterministic(model.chain(), state)[0]
+    track = FieldTrack.of(recording, model.field)
+    in_time, _, _ = attitude_at_its_time(recording, model.navigation.attitude_delay_s, policy)
+    return apply_deterministic(model.chain(), motion_of(in_time, _field_enu_nT(model.field, track), policy, track))[0]
+
+
+def _field_enu_nT(given: FieldSpec, track: FieldTrack | None) -> Array:
+    """Field (3,) of the model; for a model by date, at the middle of the track if there is a track."""
+    return earth_field_enu_nT(given) if track is None or given.enu_nT is not None else track.field_enu_nT(given)
 
 
 def pose_again(
@@ -129,21 +139,90 @@ def pose_again(
     holds_enu_nT = field_enu_nT if done.field_enu_nT is None else done.field_enu_nT
     strength_nT = float(np.linalg.norm(problem.state.field_enu_nT if holds_enu_nT is None else holds_enu_nT))
     anew = pose(recording, field_enu_nT, strength_nT, problem.effects, problem.policy, problem.track, level)
-    kept = replace(anew, corrections=(*problem.corrections, done), **problem.findings)
+    return _as_known(replace(anew, corrections=(*problem.corrections, done)), problem)
+
+
+def refit_iron(problem: LinearProblem, disturbance_nT: Array) -> LinearProblem:
+    """A strength problem with iron fitted after a disturbance (n, 3) of the measurement is subtracted."""
+    field_enu_nT, recording, policy = problem.state.field_enu_nT, problem.recording, problem.policy
+    strength_nT, level = float(np.linalg.norm(field_enu_nT)), problem.level
+    anew = strength_problem(
+        recording, strength_nT, problem.effects, policy, disturbance_nT, problem.track, level, field_enu_nT
+    )
+    state = replace(anew.state, channels=problem.state.channels)
+    return _as_known(replace(anew, state=state, corrections=problem.corrections), problem)
+
+
+def _as_known(anew: LinearProblem, problem: LinearProblem) -> LinearProblem:
+    """A problem posed again, with what is known of the recording and the model whatever the reference."""
+    names = ("iron_known", "attitude_delay_s", "left_out", "wrong_values")
+    kept = replace(anew, **{name: getattr(problem, name) for name in names})
     return with_attitude_std(kept, problem.attitude_std_rad).without(problem.usable == 0)
 
 
-def _with_correction(steady: ContinuousAttitude, problem: LinearProblem) -> LinearProblem:
-    """The problem with a note on an interpolated attitude, and without the rows after the attitude's last value."""
-    if not (steady.repeated and problem.turns):
-        return problem
-    share = f"{100 * steady.repeated:.0f} %"
-    words = f"The attitude is repeated in {share} of the rows, and was taken between its own values."
-    figures = "Log the attitude with its own times, or leave the cells empty in which it is not new."
-    told = ReferenceCorrection(words, figures)
-    return replace(problem, corrections=(told,)).without(steady.unknown)
+def at_rest(recording: Recording, strength_nT: float, policy: Policy) -> bool:
+    """Whether a recording without attitude comes from a sensor that does not turn, in a field of a given strength.
+
+    Either the field stays within a small angle, or its changes follow the recorded channels and not a motion: a turning
+    sensor may follow its own pitch and roll, but keeps the strength of the field. Coils that are switched give few
+    values, and iron of constant strength fits any few values: the channels must then leave hardly more than the iron.
+    """
+    m, gyro = recording.mag_nT, recording.gyro_rad_s
+    if recording.att_q is not None:
+        return False
+    if gyro is not None and np.abs(gyro - np.median(gyro, axis=0)).max(axis=1).mean() > policy.still_rate:
+        return False
+    if np.linalg.norm(m.std(axis=0)) < policy.still_spread * np.linalg.norm(m.mean(axis=0)):
+        return True
+    changes, left_nT = m - m.mean(axis=0), _left_by_channels_nT(recording)
+    if 1 - (left_nT**2).sum() / (changes**2).sum() < policy.half:
+        return False
+    first, second, _ = np.linalg.svd(changes, compute_uv=False)
+    if second < policy.little * first:
+        return True
+    corrected_nT = fit_iron(m, np.full(len(m), strength_nT), recording.time_s, policy).field_nT(m)
+    off_nT = float(np.linalg.norm(corrected_nT, axis=1).std())
+    keeps_strength = off_nT < policy.trace * float(np.linalg.norm(corrected_nT.std(axis=0)))
+    return not keeps_strength or rms(left_nT) < policy.much_larger * off_nT
 
 
-def _field_enu_nT(given: FieldSpec, track: FieldTrack | None) -> Array:
-    """Field (3,) of the model; for a model by date, at the middle of the track if there is a track."""
-    return earth_field_enu_nT(given) if track is None or given.enu_nT is not None else track.field_enu_nT(given)
+def _left_by_channels_nT(recording: Recording) -> Array:
+    """Residual (n, 3) of the field about its mean after linear regression on currents and channels."""
+    columns: list[Array] = list(recording.channels.values())
+    if recording.current_A is not None:
+        columns += list(recording.current_A.T)
+    moving = [column - column.mean() for column in columns if np.isfinite(column).all() and np.ptp(column) > 0]
+    m: Array = recording.mag_nT - recording.mag_nT.mean(axis=0)
+    if not moving:
+        return m
+    X = np.stack([column / column.std() for column in moving], axis=1)
+    return np.asarray(m - X @ np.linalg.lstsq(X, m, rcond=1e-9)[0])
+
+
+def without_their_noise(problem: LinearProblem) -> LinearProblem:
+    """The problem with smoothed channels, except channels whose noise is signal in the magnetometer.
+
+    An effect driven by a noisy channel is estimated too small, and its lag too long.
+    """
+    channels = dict(problem.state.channels)
+    for name, x in problem.state.channels.items():
+        if name != SCALAR and np.isfinite(x).all():
+            smooth = smoothed(x, problem.policy.bands)
+            columns = problem.sensor_axes(x - smooth)
+            squares = np.maximum((columns**2).sum(axis=(0, 1)), 1e-300)
+            nats = (np.einsum("nqk,nq->k", columns, problem.target) ** 2 / squares).sum() / 2
+            channels[name] = x if nats > problem.policy.apart else smooth
+    return replace(problem, state=replace(problem.state, channels=channels))
+
+
+def smoothed(x: Array, bands: int) -> Array:
+    """A series (n,) without white noise: Wiener filter ``max(0, 1 - s^2 / P)`` of the mirrored series.
+
+    P : power in bands evenly spaced in log frequency; s : white noise from differences of neighbours.
+    """
+    std = float(white_noise_std(x[:, None])[0])
+    spectrum = dct(x, norm="ortho")
+    edges = np.unique(np.geomspace(1, len(x), bands).astype(int))
+    for a, b in itertools.pairwise(edges):
+        spectrum[a:b] *= max(0.0, 1.0 - std**2 / max(float((spectrum[a:b] ** 2).mean()), 1e-300))
+    return np.asarray(idct(spectrum, norm="ortho"))

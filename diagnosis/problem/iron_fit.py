@@ -43,17 +43,17 @@ class Iron:
         return np.asarray(field_nT @ self.turn.T + self.offset_nT)
 
 
-def fit_iron(measured_nT: Array, strength_nT: Array, block: int, policy: Policy, dip: Dip | None = None) -> Iron:
-    """Iron for measurements m (n, 3) with strength F (n,), and dip I (n,) if known; outliers are excluded.
+def fit_iron(measured_nT: Array, strength_nT: Array, time_s: Array, policy: Policy, dip: Dip | None = None) -> Iron:
+    """Iron for measurements m (n, 3) at times (n,) with strength F (n,), and dip I (n,) if known; without outliers.
 
     ``min sum (|h| - F)^2 / v + F^2 (dip(h) - I - c)^2 / w + prior``, ``h = M (m - o)``, c a constant error of the given
     dip. Without a dip M is symmetric: the strength shows no turn. v and w are the power of a residual times its colour
-    over means of `block` samples and more, so that a slow disturbance does not bend axes that the motion hardly
+    over means of `block_s` and more, so that a slow disturbance does not bend axes that the motion hardly
     determines. In unobservable directions the prior holds, M = 1 and o = 0.
     """
     unit, middle_nT = unit_of(measured_nT, strength_nT, policy)
     task = IronFit(measured_nT * (unit / middle_nT), strength_nT / middle_nT, policy, dip)
-    theta = task.prior_mean
+    theta, block = task.prior_mean, max(1, round(policy.block_s / float(np.median(np.diff(time_s)))))
     for _ in range(ROUNDS):
         residual = task.residual(theta)
         use = np.column_stack([_near(np.abs(column), policy) for column in residual.T])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -94,12 +94,6 @@ class LinearProblem:
     wrong_values: bool = False
 
     @property
-    def findings(self) -> dict[str, Any]:
-        """What is known of the recording and the model whatever the reference: the problem posed again keeps it."""
-        names = ("iron_known", "attitude_delay_s", "left_out", "wrong_values")
-        return {name: getattr(self, name) for name in names}
-
-    @property
     def offset_nT(self) -> Array:
         """Constant (3,) in nT of the fitted base: what is measured without a field."""
         return np.asarray((self.clean_nT - self.beyond_nT).mean(axis=0) - self.turn @ self.state.field_nT.mean(axis=0))
@@ -170,9 +164,7 @@ class LinearProblem:
         """Whether the sensor is known to turn in the field."""
         field_nT = self.state.field_nT
         spread = np.linalg.norm(field_nT.std(axis=0)) / np.linalg.norm(field_nT[0])
-        return (
-            self.mode == "vector" and not self.still and not self.relative and bool(spread > self.policy.still_spread)
-        )
+        return self.level is None and self.compares_across and bool(spread > self.policy.still_spread)
 
     @cached_property
     def direction(self) -> Array:
@@ -216,44 +208,28 @@ class LinearProblem:
         ahead = iron_matrix(self.effects[: chain_position(self.effects, effect.name)], self.state)
         return np.asarray(self.state.field_nT @ ahead.T)
 
-    def whitened(self, contribution_nT: Array, effect: type[Effect]) -> Array:
-        """Columns E (n, q, k) of contributions (n, 3, k) at an effect's place in the chain, in units of the noise."""
-        return self._compared(contribution_nT, self.matrix_behind(effect))
+    def whitened(self, contribution_nT: Array, effect: type[Effect] | None = None) -> Array:
+        """Columns E (n, q, k) of contributions (n, 3, k) at an effect's place in the chain, in units of the noise.
 
-    def field_columns(self, contribution_nT: Array) -> Array:
-        """Columns (n, q, k) of contributions (n, 3, k) to the field in the body frame, in units of the noise."""
-        return self._compared(contribution_nT, self.turn)
+        Without an effect the contributions are to the field in the body frame.
+        """
+        matrix = self.turn if effect is None else self.matrix_behind(effect)
+        if self.output_axes is None:
+            along = np.broadcast_to(matrix, (len(contribution_nT), 3, 3))
+        else:
+            ahead = self.output_axes.reshape(-1, 3) @ (np.linalg.inv(self.turn) @ matrix)
+            along = ahead.reshape(self.output_axes.shape)
+        columns = parts_along(along, contribution_nT)
+        columns *= (self.usable[:, None] / self.sigma_nT)[:, :, None]
+        return columns
 
     def earth_axes(self) -> Array:
         """Columns (n, q, 3) of a unit field along east, north and up."""
-        return self.field_columns(self.state.R_wb.transpose(0, 2, 1))
+        return self.whitened(self.state.R_wb.transpose(0, 2, 1))
 
     def sensor_axes(self, course: Array) -> Array:
         """Columns (n, q, 3) of a course (n,) along each sensor axis, where an effect of a channel acts in the chain."""
         return self.whitened(course[:, None, None] * np.eye(3), FOLLOWS_CHANNEL)
-
-    def _compared(self, contribution_nT: Array, matrix: Array) -> Array:
-        """Columns (n, q, k) of contributions (n, 3, k) ahead of a matrix (3, 3)."""
-        if self.output_axes is not None:
-            return parts_along(self._along(matrix), contribution_nT)
-        along = np.broadcast_to(matrix / self.sigma_nT[:, None], (len(contribution_nT), 3, 3))
-        columns = parts_along(along, contribution_nT)
-        columns *= self.usable[:, None, None]
-        return columns
-
-    def _along(self, turn: Array) -> Array:
-        """Directions (n, q, 3) over the noise in which a contribution ahead of a matrix is observed."""
-        assert self.output_axes is not None
-        key = turn.tobytes()
-        if key not in self._directions:
-            seen = self.output_axes * (self.usable[:, None] / self.sigma_nT)[:, :, None]
-            self._directions[key] = np.ascontiguousarray(seen @ (np.linalg.inv(self.turn) @ turn))
-        return self._directions[key]
-
-    @cached_property
-    def _directions(self) -> dict[bytes, Array]:
-        """Cache of `_along` by matrix."""
-        return {}
 
     def without(self, samples: NDArray[np.bool_]) -> LinearProblem:
         """The problem with some samples (n,) marked unusable."""
@@ -274,6 +250,34 @@ def sample_noise(residual: Array, gaps: NDArray[np.intp] | None = None) -> Array
     gaps : indices of samples followed by a gap.
     """
     return np.maximum(white_noise_std(residual, gaps, orders=SECOND, pooled=clipped_mean), LEAST_NOISE)
+
+
+def repeated(mag_nT: Array) -> NDArray[np.bool_]:
+    """Mask (n,) of rows of values (n, 3) equal to the row before."""
+    return np.asarray(np.concatenate([[False], (mag_nT[1:] == mag_nT[:-1]).all(axis=1)]), dtype=np.bool_)
+
+
+def held(mag_nT: Array, residual: Array, policy: Policy) -> NDArray[np.bool_]:
+    """Mask (n,) of repeated rows, where more frequent than rounding explains; residual (n, q): without motion.
+
+    Two values with noise s round to one step d of a lattice with probability ``d / (2 sqrt(pi) s)``, at most 1.
+    """
+    again = repeated(mag_nT)
+    if np.count_nonzero(again) < policy.least_spikes:
+        return np.zeros(len(mag_nT), np.bool_)
+    steps = np.array([np.diff(np.unique(axis)).min(initial=np.inf) for axis in mag_nT.T])
+    chance = float(np.prod(np.minimum(1.0, steps / (2 * np.sqrt(np.pi) * sample_noise(residual)))))
+    return again & (float(again.mean()) > policy.much_larger * chance)
+
+
+def noise_of_neighbours(residual: Array, mag_nT: Array, time_s: Array, policy: Policy) -> Array:
+    """White noise (q,) of a residual (n, q) without motion, from rows that are not repeated, and not across pauses.
+
+    From all rows where too few are new: a noiseless vehicle at rest repeats every row.
+    """
+    fresh = ~held(mag_nT, residual, policy)
+    sigma = sample_noise(residual[fresh], pauses_after(time_s[fresh], policy))
+    return sigma if np.isfinite(sigma).all() else sample_noise(residual, pauses_after(time_s, policy))
 
 
 @kernel

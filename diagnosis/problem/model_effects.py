@@ -1,9 +1,10 @@
-"""Subtraction of the model's own effects from the measurement before iron is fitted, where no attitude is compared."""
+"""Effects of the given model beside the fitted iron: what they add, and the iron in their chain that equals the fit."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -11,15 +12,23 @@ from diagnosis.problem.linear import LinearProblem
 from recordings import Recording
 from scenarios.arrays import Array
 from sim.chain import apply_deterministic
+from sim.effects import EFFECTS
 from sim.effects.base import Effect
+from sim.effects.chain_position import chain_position, insert_effects, iron_matrix
 from sim.state import State
 
-Pose = Callable[[Recording], LinearProblem]
 STEPS = 2
 """Number of iterations between the field and the model's effects along the field."""
+SOFT, HARD = sorted(
+    (effect for effect in EFFECTS if effect.traits.absorbed and effect.stage == "vehicle"),
+    key=lambda effect: effect.traits.constant,
+)
+"""Iron of the vehicle: a matrix, and a constant."""
 
 
-def pose_without_model_effects(pose: Pose, recording: Recording, effects: Sequence[Effect]) -> LinearProblem:
+def pose_without_model_effects(
+    pose: Callable[[Recording], LinearProblem], recording: Recording, effects: Sequence[Effect]
+) -> LinearProblem:
     """The problem of a recording less the model's effects other than iron, evaluated along the estimated field.
 
     Iron is fitted in place of the model's. Effects without recorded inputs, random effects and effects of the converter
@@ -28,7 +37,8 @@ def pose_without_model_effects(pose: Pose, recording: Recording, effects: Sequen
     problem = pose(recording)
     known = [effect for effect in effects if not (problem.missing_inputs(effect) or effect.traits.converter)]
     added_nT = np.zeros_like(recording.mag_nT)
-    for _ in range(STEPS if any(map(_is_beyond_iron, known)) else 0):
+    beyond_iron = any(not effect.traits.absorbed and not effect.stochastic for effect in known)
+    for _ in range(STEPS if beyond_iron else 0):
         added_nT = beyond_iron_nT(known, problem.state)
         problem = pose(replace(recording, mag_nT=recording.mag_nT - added_nT))
     predicted_nT = problem.predicted_nT + added_nT
@@ -41,5 +51,22 @@ def beyond_iron_nT(effects: Sequence[Effect], state: State) -> Array:
     return apply_deterministic(effects, state)[0] - apply_deterministic(iron, state)[0]
 
 
-def _is_beyond_iron(effect: Effect) -> bool:
-    return not effect.traits.absorbed and not effect.stochastic
+def fitted_iron(problem: LinearProblem) -> tuple[Effect, Effect]:
+    """Soft and hard iron that, inserted into the model's chain, make its iron equivalent to the fitted base.
+
+    ``turn = B (I + S) A`` with the model's axes A ahead of the soft iron S and B behind. Clipped to their bounds, which
+    a direction hardly shown by the motion may exceed.
+    """
+    place = chain_position(problem.effects, SOFT.name)
+    ahead, behind = (iron_matrix(part, problem.state) for part in (problem.effects[:place], problem.effects[place:]))
+    soft = _within_bounds(SOFT, np.linalg.inv(behind) @ problem.turn @ np.linalg.inv(ahead) - np.eye(3))
+    iron = insert_effects([effect for effect in problem.effects if effect.traits.absorbed], [soft])
+    modelled_nT = apply_deterministic(iron, problem.state)[0].mean(axis=0)
+    missing_nT = problem.offset_nT + problem.turn @ problem.state.field_nT.mean(axis=0) - modelled_nT
+    return soft, _within_bounds(HARD, np.linalg.inv(problem.matrix_behind(HARD)) @ missing_nT)
+
+
+def _within_bounds(iron: type[Effect], values: Array) -> Effect:
+    parameter = iron.parameters()[0]
+    value: Any = np.clip(values, parameter.low, parameter.high).tolist()
+    return iron(**{parameter.name: value})

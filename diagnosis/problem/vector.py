@@ -1,4 +1,4 @@
-"""Problem of a recording with attitude: every axis is compared."""
+"""Problems of three axes: of a recording with attitude, of a sensor at rest, of a sensor beside a reference sensor."""
 
 from __future__ import annotations
 
@@ -6,19 +6,19 @@ from dataclasses import replace
 
 import numpy as np
 
+from calib.numerics.rates import body_rate, smoothed_derivative
 from diagnosis.policy import Policy
-from diagnosis.problem.linear import LinearProblem
-from diagnosis.problem.model_effects import beyond_iron_nT
-from diagnosis.problem.rates import course, measured, quieter_rate
-from diagnosis.problem.repeated_rows import held, noise_of_neighbours
+from diagnosis.problem.linear import LinearProblem, held, noise_of_neighbours, sample_noise
+from diagnosis.problem.model_effects import beyond_iron_nT, fitted_iron, pose_without_model_effects
+from diagnosis.problem.motion import measured, motion_of, state_of
 from diagnosis.problem.track import FieldTrack
-from diagnosis.problem.vehicle_iron import fitted_iron
 from recordings import Recording
+from recordings.channels import REFERENCE
 from scenarios.arrays import Array
 from sim.chain import apply_deterministic
 from sim.effects.base import Effect
-from sim.effects.chain_position import insert_effects, iron_matrix
-from sim.rotation import cross, matrix_from_q, to_body
+from sim.effects.chain_position import insert_effects, iron_matrix, without_iron
+from sim.rotation import cross
 from sim.state import State
 
 FIELD_ERROR, DELAY_S = 0.02, 0.1
@@ -27,6 +27,8 @@ motion does not determine them.
 """
 STEPS = 3
 """Steps to the matrix, and to the model's effects behind it: each squares the error of the preceding step."""
+UNSEEN = frozenset({"attitude", "position"})
+"""Inputs of effects not observable between two magnetometers: fields of the Earth's frame act on either."""
 
 
 def vector_problem(
@@ -43,86 +45,105 @@ def vector_problem(
     """
     state = motion_of(recording, field_enu_nT, policy, track)
     smooth = [effect for effect in effects if not effect.traits.converter]
-    beyond_nT = beyond_iron_nT(smooth, state)
-    problem = _posed(recording, state, effects, beyond_nT, policy, track)
-    for _ in range(STEPS if beyond_nT.any() else 0):
-        beyond_nT = beyond_iron_nT(insert_effects(smooth, fitted_iron(problem)), state)
-        problem = _posed(recording, state, effects, beyond_nT, policy, track)
+    iron_nT, predicted_nT = (
+        apply_deterministic(chain, state)[0] for chain in ([one for one in effects if one.traits.absorbed], effects)
+    )
+
+    def posed(beyond_nT: Array) -> LinearProblem:
+        problem = _about_iron(recording, state, iron_nT, policy, beyond_nT)
+        problem = replace(problem, effects=effects, predicted_nT=predicted_nT, track=track)
+        return replace(problem, turn=_turn(problem))
+
+    problem = posed(beyond_iron_nT(smooth, state))
+    for _ in range(STEPS if np.any(problem.beyond_nT) else 0):
+        problem = posed(beyond_iron_nT(insert_effects(smooth, fitted_iron(problem)), state))
     return problem
 
 
-def _posed(
-    recording: Recording,
-    state: State,
-    effects: tuple[Effect, ...],
-    beyond_nT: Array,
-    policy: Policy,
-    track: FieldTrack | None,
+def still_problem(recording: Recording, effects: tuple[Effect, ...], policy: Policy) -> LinearProblem:
+    """The problem of three axes about a constant, see `LinearProblem`: iron and field are not separable at rest."""
+
+    def posed(seen: Recording) -> LinearProblem:
+        constant_nT = np.tile(np.median(seen.mag_nT, axis=0), (len(seen), 1))
+        problem = _about_iron(seen, state_of(seen, constant_nT[0], constant_nT), None, policy)
+        return replace(problem, inputs=problem.inputs - {"rate", "position"}, still=True)
+
+    return pose_without_model_effects(posed, recording, effects)
+
+
+def relative_problem(
+    recording: Recording, reference_nT: Array, effects: tuple[Effect, ...], policy: Policy
 ) -> LinearProblem:
-    """The problem with iron fitted to the recording less the contribution (n, 3) of the model's effects beyond iron."""
-    iron_nT, _ = apply_deterministic([effect for effect in effects if effect.traits.absorbed], state)
-    base = np.column_stack([iron_nT / np.linalg.norm(state.field_enu_nT), np.ones(len(recording))])
-    mag_nT = recording.mag_nT - beyond_nT
-    clean = base @ robust_fit(base, mag_nT, policy)
-    fresh = ~held(recording.mag_nT, mag_nT - clean, policy)
-    if not fresh.all():
-        clean = base @ robust_fit(base[fresh], mag_nT[fresh], policy)
+    """The problem of the three axes, see `LinearProblem`, with a reference magnetometer r (n, 3) as the field.
+
+    ``y = A r + o + effects + noise``, A (3, 3) and o free: mounting, scale, and the iron of either sensor. Effects are
+    in the axes of the first sensor; the model's iron is replaced by A and o. The residual has the noise of either
+    sensor. Common disturbances, scaled by A, are not observable; disturbances of r alone have the opposite sign.
+    Attitude and position are not used.
+    """
+    bare = replace(recording, att_q=None, pos_enu_m=None)
+    own = {name: x for name, x in recording.channels.items() if name not in REFERENCE}
+    seen = replace(bare, channels=own, gyro_rad_s=body_rate(recording))
+    kept = tuple(effect for effect in without_iron(effects) if not UNSEEN & set(effect.needs))
+    state = _reference_state(seen, reference_nT @ _reference_turn(reference_nT, recording.mag_nT, policy).T)
+    predicted_nT, _ = apply_deterministic(kept, state)
+    problem = _about_iron(seen, state, predicted_nT, policy)
+    return replace(problem, recording=bare, effects=kept, predicted_nT=predicted_nT, relative=True)
+
+
+def _about_iron(
+    recording: Recording, state: State, iron_nT: Array | None, policy: Policy, beyond_nT: Array | float = 0.0
+) -> LinearProblem:
+    """The problem of the axes about a robust fit of a free matrix on a field (n, 3), and an offset.
+
+    At rest, without iron_nT, about the state's field. beyond_nT (n, 3): contributions that no iron changes.
+    """
+    base, clean, mag_nT = np.ones((len(recording), 1)), state.field_nT, recording.mag_nT - beyond_nT
+    if iron_nT is not None:
+        base = np.column_stack([iron_nT / np.linalg.norm(state.field_enu_nT), base])
+        clean = base @ robust_fit(base, mag_nT, policy)
+        fresh = ~held(recording.mag_nT, mag_nT - clean, policy)
+        if not fresh.all():
+            clean = base @ robust_fit(base[fresh], mag_nT[fresh], policy)
     residual = mag_nT - clean
     sigma = noise_of_neighbours(residual, recording.mag_nT, state.time_s, policy)
     return LinearProblem(
         recording=recording,
         state=state,
-        effects=effects,
+        effects=(),
         mode="vector",
         base=base,
         target=residual / sigma,
         sigma_nT=sigma,
         usable=np.ones(len(recording)),
-        turn=_turn(state, base, clean, residual, sigma),
+        turn=np.eye(3),
         clean_nT=clean + beyond_nT,
-        predicted_nT=apply_deterministic(effects, state)[0],
+        predicted_nT=state.field_nT,
         inputs=measured(recording),
         policy=policy,
-        track=track,
         beyond_nT=beyond_nT,
     )
 
 
-def motion_of(recording: Recording, field_enu_nT: Array, policy: Policy, track: FieldTrack | None) -> State:
-    """State of the recorded motion, ``dT/dt = R^T dF/dt - w x T``, F the field along the track."""
-    assert recording.att_q is not None
-    rate = quieter_rate(recording, policy)
-    R_wb = matrix_from_q(np.ascontiguousarray(recording.att_q))
-    change = np.zeros((len(recording), 3)) if track is None else track.change_enu_nT
-    field = to_body(R_wb, field_enu_nT + change)
-    on_the_way = to_body(R_wb, np.gradient(change, recording.time_s, axis=0))
-    return State(
-        R_wb=R_wb,
-        rate_rad_s=rate,
-        field_enu_nT=field_enu_nT,
-        field_nT=field,
-        field_rate_nT_s=on_the_way - cross(rate, field),
-        **course(recording),
-    )
-
-
-def _turn(state: State, base: Array, clean: Array, residual: Array, sigma: Array, least_rad: float = 0.0) -> Array:
+def _turn(problem: LinearProblem, least_rad: float = 0.0) -> Array:
     """Matrix (3, 3) from the undisturbed to the measured field, estimated with a field error c and a delay d.
 
     ``M (R^T (F + c) + d dT/dt) + b``, T the field in the body frame, is fitted in steps linear in M, b, c and d;
     without c and d the matrix would absorb them. Priors hold c and d at zero where the motion does not determine them:
     FIELD_ERROR of the field's strength and DELAY_S; `least_rad`: an attitude error that c must exceed.
     """
+    state, sigma = problem.state, problem.sigma_nT
+    clean = problem.clean_nT - problem.beyond_nT
     turn = fit_matrix(state.field_nT, clean)
-    Q = np.linalg.qr(base / np.linalg.norm(base, axis=0))[0]
+    Q = np.linalg.qr(problem.base)[0]
     prior = np.diag(np.r_[np.full(3, FIELD_ERROR * np.linalg.norm(state.field_enu_nT)), DELAY_S] ** -2.0)
-    prior[:3, :3] += np.eye(3) * len(base) * (least_rad**2 / sigma**2).sum()
+    prior[:3, :3] += np.eye(3) * len(state) * (least_rad**2 / sigma**2).sum()
     errors = np.concatenate([state.R_wb.transpose(0, 2, 1), state.field_rate_nT_s[:, :, None]], axis=2)
     for _ in range(STEPS):
         E = turn @ errors
-        orthogonal = (E - np.einsum("np,pqk->nqk", Q, np.einsum("np,nqk->pqk", Q, E))) / sigma[:, None]
-        flat = orthogonal.reshape(-1, errors.shape[2])
-        c = np.linalg.lstsq(flat.T @ flat + prior, flat.T @ (residual / sigma).ravel(), rcond=1e-12)[0]
+        beyond_base = E - np.tensordot(Q, np.tensordot(Q, E, (0, 0)), 1)
+        flat = (beyond_base / sigma[:, None]).reshape(-1, 4)
+        c = np.linalg.lstsq(flat.T @ flat + prior, flat.T @ problem.target.ravel(), rcond=1e-12)[0]
         turn = fit_matrix(state.field_nT, clean - Q @ (Q.T @ (E @ c)))
     return turn
 
@@ -137,8 +158,7 @@ def with_attitude_std(problem: LinearProblem, attitude_std_rad: float) -> Linear
     if attitude_std_rad == 0 or not problem.turns:
         return stated
     least_rad, state = problem.policy.tenfold * attitude_std_rad, problem.state
-    left_nT = problem.target * problem.sigma_nT
-    turn = _turn(state, problem.base, problem.clean_nT - problem.beyond_nT, left_nT, problem.sigma_nT, least_rad)
+    turn = _turn(problem, least_rad)
     values, directions = np.linalg.eigh(np.cov(state.field_nT.T))
     hidden = directions[:, values < (least_rad * np.linalg.norm(state.field_enu_nT)) ** 2]
     return replace(stated, turn=turn + (iron_matrix(problem.effects, state) - turn) @ hidden @ hidden.T)
@@ -158,3 +178,29 @@ def robust_fit(base: Array, mag_nT: Array, policy: Policy) -> Array:
     if 0 < np.count_nonzero(far) < policy.fair_share * len(far):
         beta = np.linalg.lstsq(base[~far], mag_nT[~far], rcond=None)[0]
     return np.asarray(beta)
+
+
+def _reference_turn(reference_nT: Array, mag_nT: Array, policy: Policy) -> Array:
+    """Matrix A (3, 3) from the reference's axes and scale to the sensor's, with a prior about one (`matrix_prior`).
+
+    Directions in which the motion shows only noise keep the prior.
+    """
+    r, m = (values - values.mean(axis=0) for values in (reference_nT, mag_nT))
+    prior = np.eye(3) * float((sample_noise(m) ** 2).mean()) / policy.matrix_prior**2
+    return np.asarray(np.linalg.solve(r.T @ r + prior, r.T @ m + prior).T)
+
+
+def _reference_state(seen: Recording, reference_nT: Array) -> State:
+    """State with a reference r (n, 3) as the field, its rate without the offset o that does not turn with the field.
+
+    ``dr/dt = -w x (r - o)``, least squares.
+    """
+    rate, rate_nT_s = seen.gyro_rad_s, None
+    if rate is not None:
+        axes = [cross(rate, np.tile(axis, (len(rate), 1))) for axis in np.eye(3)]
+        turned = smoothed_derivative(reference_nT, seen.time_s) + cross(rate, reference_nT)
+        columns = np.stack(axes, axis=2).reshape(-1, 3)
+        offset_nT = np.linalg.lstsq(columns, turned.ravel(), rcond=1e-6)[0]
+        rate_nT_s = -cross(rate, reference_nT - offset_nT)
+    field_enu_nT = np.array([0.0, float(np.median(np.linalg.norm(reference_nT, axis=1))), 0.0])
+    return state_of(seen, field_enu_nT, reference_nT, rate, rate_nT_s)

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from diagnosis.evidence.noise_model import NoiseModel
 from diagnosis.problem.linear import LinearProblem
+from diagnosis.problem.model_effects import fitted_iron
 from diagnosis.problem.strength import strength_problem
 from diagnosis.problem.vector import fit_matrix, robust_fit
-from diagnosis.problem.vehicle_iron import fitted_iron
 from scenarios.arrays import Array
 from scenarios.errors import InputError
 from sim.chain import apply_deterministic

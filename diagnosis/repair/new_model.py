@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.problem.vehicle_iron import fitted_iron
+from diagnosis.problem.model_effects import fitted_iron
 from diagnosis.repair.chain import chain_residual, fit_iron_with_effects
 from diagnosis.repair.refinement import refine
 from diagnosis.result import NamedEffect

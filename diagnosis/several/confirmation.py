@@ -11,9 +11,8 @@ from diagnosis.decision.advice import advice_for
 from diagnosis.decision.sentence import sentence_for
 from diagnosis.evidence.reference_checks import correct_reference
 from diagnosis.library.candidates import Candidate
-from diagnosis.problem.formulation import pose_model
+from diagnosis.problem.formulation import pose_model, refit_iron
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.problem.strength import refit_iron
 from diagnosis.result import FITTED, Diagnosis, NamedEffect, Transfer
 from diagnosis.several.pooled_test import PooledCandidate, baselines_with, columns_in
 from diagnosis.several.transfer import predicts

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagnosis.problem.rates import attitude_at, attitude_course
+from diagnosis.problem.motion import attitude_at, attitude_course
 from diagnosis.repair.model_file import model_diff
 from diagnosis.result import Diagnosis
 from diagnosis.workflow import diagnose

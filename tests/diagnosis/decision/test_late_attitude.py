@@ -24,7 +24,7 @@ from diagnosis.library.candidates import Candidate
 from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.problem.rates import attitude_course
+from diagnosis.problem.motion import attitude_course
 from diagnosis.problem.track import FieldTrack
 from diagnosis.result import Diagnosis
 from diagnosis.verdict import Verdict

@@ -15,7 +15,7 @@ from diagnosis.decision.white_choice import AcceptedEffect
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.held_out import judge_candidate
 from diagnosis.library.candidates import propose_candidates
-from diagnosis.problem.actuators import with_actuators
+from diagnosis.problem.sensors import with_actuators
 from diagnosis.result import Diagnosis
 from diagnosis.workflow import diagnose
 from recordings import Recording

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.problem.actuators import as_currents, with_actuators
+from diagnosis.problem.sensors import as_currents, with_actuators
 from diagnosis.result import Diagnosis
 from diagnosis.workflow import diagnose
 from recordings import Recording

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from diagnosis.policy import STANDARD
-from diagnosis.problem.at_rest import at_rest
+from diagnosis.problem.formulation import at_rest
 from diagnosis.workflow import diagnose
 from recordings import Recording
 from scenarios.arrays import Array

@@ -14,8 +14,9 @@ def test_fit_and_squares_equal_dense_least_squares() -> None:
     n, q, k = 1200, 3, 2
     base, columns, target = rng.normal(size=(n, 4)), rng.normal(size=(n, q, k)), rng.normal(size=(n, q))
     cut = Cut(10, 118, STANDARD.segment_blocks, STANDARD.splits)
-    s = sums(cut, base, columns[:, :, :1], target, np.ones(n))
-    s = extend_sums(s, cut, base, [columns[:, :, :1]], columns[:, :, 1:], target)
+    s = sums(cut, base, target, np.ones(n))
+    s = extend_sums(s, cut, base, [target[:, :, None]], columns[:, :, :1])
+    s = extend_sums(s, cut, base, [target[:, :, None], columns[:, :, :1]], columns[:, :, 1:])
     train = ~list(held_out_folds(STANDARD))[1]
     f = fit(s, train)
     used = np.arange(n) < 1180
@@ -36,7 +37,7 @@ def test_outputs_with_a_base_in_common_are_further_rows() -> None:
     n, q, p, k = 1200, 2, 5, 3
     base, columns, target = rng.normal(size=(n, q, p)), rng.normal(size=(n, q, k)), rng.normal(size=(n, q))
     cut = Cut(10, 120, STANDARD.segment_blocks, STANDARD.splits)
-    s = sums(cut, base, columns, target, np.ones(n))
+    s = extend_sums(sums(cut, base, target, np.ones(n)), cut, base, [target[:, :, None]], columns)
     train = ~list(held_out_folds(STANDARD))[2]
     f = fit(s, train)
     rows = np.repeat(train[cut.fold], cut.length)

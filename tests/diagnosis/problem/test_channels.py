@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from diagnosis.policy import STANDARD
-from diagnosis.problem.channels import smoothed
+from diagnosis.problem.formulation import smoothed
 from diagnosis.problem.vector import vector_problem
 from recordings.channels import TEMPERATURE
 from tests.diagnosis.synthetic import FIELD_ENU_NT, problem, recording

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose, pose_again, pose_model
 from diagnosis.problem.linear import LinearProblem, ReferenceCorrection
-from diagnosis.problem.rates import quieter_rate
+from diagnosis.problem.motion import quieter_rate
 from diagnosis.problem.track import FieldTrack
 from diagnosis.problem.vector import with_attitude_std
 from diagnosis.repair.chain import chain_residual

@@ -13,7 +13,7 @@ from diagnosis.problem.level import Dip
 from diagnosis.problem.vector import robust_fit
 from scenarios.arrays import Array
 
-FIELD_NT, NOISE_NT, BLOCK = 50_000.0, 20.0, 50
+FIELD_NT, NOISE_NT, TIME_S = 50_000.0, 20.0, np.arange(4000) / 10
 KNOWN_NT = np.full(4000, FIELD_NT)
 MATRIX = np.array([[1.05, 0.02, -0.01], [0.02, 0.97, 0.03], [-0.01, 0.03, 1.02]])
 OFFSET_NT = np.array([800.0, -1500.0, 2500.0])
@@ -28,7 +28,7 @@ def _measured(rng: np.random.Generator, least_up: float = -1.0, most_up: float =
 
 
 def test_over_the_whole_sphere_the_iron_is_the_true_one() -> None:
-    iron = fit_iron(_measured(np.random.default_rng(0)), KNOWN_NT, BLOCK, STANDARD)
+    iron = fit_iron(_measured(np.random.default_rng(0)), KNOWN_NT, TIME_S, STANDARD)
     assert np.allclose(iron.matrix, MATRIX, atol=2e-4)
     assert np.allclose(iron.offset_nT, OFFSET_NT, atol=5.0)
 
@@ -37,7 +37,7 @@ def test_far_values_do_not_bend_it() -> None:
     rng = np.random.default_rng(1)
     measured = _measured(rng)
     measured[rng.random(len(measured)) < 0.02] += 30_000.0
-    iron = fit_iron(measured, KNOWN_NT, BLOCK, STANDARD)
+    iron = fit_iron(measured, KNOWN_NT, TIME_S, STANDARD)
     assert np.allclose(iron.matrix, MATRIX, atol=5e-4)
 
 
@@ -45,7 +45,7 @@ def test_far_values_do_not_bend_it() -> None:
 def test_in_a_plane_the_prior_stands_for_what_the_motion_does_not_show(wander_nT: float) -> None:
     rng = np.random.default_rng(2)
     walk = gaussian_filter1d(rng.normal(size=(4000, 3)), 200, axis=0)
-    iron = fit_iron(_measured(rng, -0.9, -0.899) + wander_nT * walk / walk.std(), KNOWN_NT, BLOCK, STANDARD)
+    iron = fit_iron(_measured(rng, -0.9, -0.899) + wander_nT * walk / walk.std(), KNOWN_NT, TIME_S, STANDARD)
     size = np.linalg.svd(iron.matrix)[1]
     assert 0.5 < size.min() < size.max() < 1.5
     assert np.linalg.norm(iron.offset_nT) < FIELD_NT
@@ -54,13 +54,13 @@ def test_in_a_plane_the_prior_stands_for_what_the_motion_does_not_show(wander_nT
 def test_a_strong_disturbance_in_a_plane_does_not_carry_the_offset_away() -> None:
     rng = np.random.default_rng(5)
     switched = 3000.0 * np.sign(np.sin(np.arange(4000) / 150.0))[:, None] * [0.6, -0.3, 0.74]
-    iron = fit_iron(_measured(rng, -0.9, -0.899) + switched, KNOWN_NT, BLOCK, STANDARD)
+    iron = fit_iron(_measured(rng, -0.9, -0.899) + switched, KNOWN_NT, TIME_S, STANDARD)
     assert np.linalg.norm(iron.offset_nT) < 2 * FIELD_NT
 
 
 def test_measurements_in_another_unit_are_brought_to_the_field_s() -> None:
     measured = _measured(np.random.default_rng(3))
-    counts, same = (fit_iron(values, KNOWN_NT, BLOCK, STANDARD) for values in (measured / 100, measured))
+    counts, same = (fit_iron(values, KNOWN_NT, TIME_S, STANDARD) for values in (measured / 100, measured))
     assert np.allclose(counts.matrix / 100, same.matrix, rtol=1e-3, atol=1e-4)
 
 
@@ -69,7 +69,7 @@ def test_what_one_attitude_shows_is_shared_between_matrix_and_offset_as_little_a
     a = np.linspace(-0.1, 0.0, 10_001)
     expected = a[np.argmin((a / 0.25) ** 2 + ((1.1 - 1 / (1 + a)) / 0.5) ** 2)]
     measured = np.tile([1.1 * FIELD_NT, 0.0, 0.0], (100, 1))
-    iron = fit_iron(measured, np.full(100, FIELD_NT), BLOCK, STANDARD)
+    iron = fit_iron(measured, np.full(100, FIELD_NT), TIME_S[:100], STANDARD)
     assert iron.matrix[0, 0] - 1 == pytest.approx(expected, rel=0.05)
 
 
@@ -102,7 +102,7 @@ def test_the_iron_is_the_true_one_with_the_turn_of_the_sensor(wrong_deg: float) 
     """The strength alone does not see how the sensor sits; a constant error of the given dip bends nothing."""
     measured, down = _measured_with_dip(60.0)
     given = np.full(SAMPLES, DIP_RAD + np.radians(wrong_deg))
-    iron = fit_iron(measured, np.full(SAMPLES, STRENGTH_NT), BLOCK, STANDARD, Dip(down, given))
+    iron = fit_iron(measured, np.full(SAMPLES, STRENGTH_NT), TIME_S, STANDARD, Dip(down, given))
     assert np.allclose(iron.matrix, TURNED, atol=3e-4)
     assert np.allclose(iron.offset_nT, OFFSET_NT, atol=8.0)
 
@@ -110,14 +110,14 @@ def test_the_iron_is_the_true_one_with_the_turn_of_the_sensor(wrong_deg: float) 
 def test_nearly_level_the_prior_stands_for_what_is_not_shown() -> None:
     measured, down = _measured_with_dip(0.5)
     given = np.full(SAMPLES, DIP_RAD)
-    iron = fit_iron(measured, np.full(SAMPLES, STRENGTH_NT), BLOCK, STANDARD, Dip(down, given))
+    iron = fit_iron(measured, np.full(SAMPLES, STRENGTH_NT), TIME_S, STANDARD, Dip(down, given))
     size = np.linalg.svd(iron.matrix)[1]
     assert 0.5 < size.min() < size.max() < 1.5
 
 
 def test_counts_with_a_dip_are_brought_to_the_unit_of_the_field() -> None:
     measured, down = _measured_with_dip(60.0)
-    of = (np.full(SAMPLES, STRENGTH_NT), BLOCK, STANDARD, Dip(down, np.full(SAMPLES, DIP_RAD)))
+    of = (np.full(SAMPLES, STRENGTH_NT), TIME_S, STANDARD, Dip(down, np.full(SAMPLES, DIP_RAD)))
     counts, same = (fit_iron(values, *of) for values in (measured / 100, measured))
     assert np.allclose(counts.matrix / 100, same.matrix, rtol=1e-3, atol=1e-4)
 
@@ -143,7 +143,7 @@ def test_far_samples_are_failures_unless_they_are_many(share: float, left_out: b
     up = rng.normal(size=(n, 3))
     measured = FIELD_NT * up / np.linalg.norm(up, axis=1, keepdims=True) * (1 + 0.2 * far[:, None])
     measured += NOISE_NT * rng.normal(size=(n, 3))
-    size = np.linalg.det(fit_iron(measured, KNOWN_NT, BLOCK, STANDARD).matrix)
+    size = np.linalg.det(fit_iron(measured, KNOWN_NT, TIME_S, STANDARD).matrix)
     assert bool(abs(size - 1) < 1e-3) is left_out
     either = 100.0 * far * np.where(np.arange(n) % 3, 1, -1)
     beta = robust_fit(np.ones((n, 1)), (rng.normal(size=n) + either)[:, None], STANDARD)

@@ -12,10 +12,9 @@ from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.localise import channels
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import STANDARD
-from diagnosis.problem.formulation import pose
+from diagnosis.problem.formulation import pose, refit_iron
 from diagnosis.problem.level import Level, dip_rad, upright
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.problem.strength import refit_iron
 from diagnosis.problem.track import FieldTrack
 from scenarios.arrays import Array
 from sim.effects.currents import MotorCurrent

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from diagnosis.policy import STANDARD
-from diagnosis.problem.rates import attitude_at, attitude_course, quieter_rate
+from diagnosis.problem.motion import attitude_at, attitude_course, quieter_rate
 from recordings import Recording
 from scenarios.arrays import Array
 from sim.rotation import matrix_from_q

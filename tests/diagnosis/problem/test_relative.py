@@ -12,9 +12,8 @@ from scipy.spatial.transform import Rotation
 
 from calib.numerics.rates import body_rate
 from diagnosis.answer import answer
-from diagnosis.problem.array_sensor import with_reference
 from diagnosis.problem.formulation import pose_model
-from diagnosis.problem.relative import needs_field, recorded_reference
+from diagnosis.problem.sensors import needs_field, one_sensor, recorded_reference
 from diagnosis.question import Question
 from diagnosis.result import Diagnosis
 from diagnosis.sources import file_sources
@@ -43,7 +42,7 @@ def two(hidden: dict[str, Any], other: dict[str, Any], n: int = 1200, offset: fl
 
 
 def found(hidden: dict[str, Any], other: dict[str, Any], **more: Any):  # type: ignore[no-untyped-def]
-    return diagnose(with_reference(two(hidden, other, **more), 1, 2, "test"), MODEL, field_enu_nT=FIELD_ENU_NT)
+    return diagnose(one_sensor(two(hidden, other, **more), 1, 2, Path("log.csv")), MODEL, field_enu_nT=FIELD_ENU_NT)
 
 
 def test_what_the_first_alone_feels_is_named_in_its_own_axes() -> None:
@@ -58,7 +57,7 @@ def test_what_the_first_alone_feels_is_named_in_its_own_axes() -> None:
 def test_a_stated_error_of_the_attitude_is_none_beside_a_reference_that_turns_along() -> None:
     scenario = load_model("auv-spiral-excited")
     assert scenario.navigation.attitude_noise_std_deg > 0  # type: ignore[union-attr]
-    beside = pose_model(with_reference(two({}, {}), 1, 2, "test"), scenario, FIELD_ENU_NT, None)
+    beside = pose_model(one_sensor(two({}, {}), 1, 2, Path("log.csv")), scenario, FIELD_ENU_NT, None)
     alone = pose_model(recording(1200), scenario, FIELD_ENU_NT, None)
     assert (beside.attitude_std_rad, beside.iron_known) == (0.0, False)
     assert alone.attitude_std_rad == np.radians(scenario.navigation.attitude_noise_std_deg)  # type: ignore[union-attr]
@@ -83,7 +82,7 @@ def test_the_currents_of_turning_are_told_though_the_reference_has_iron() -> Non
 
 
 def test_attitude_and_position_are_not_used() -> None:
-    posed_one = pose_model(with_reference(two({}, {}, 300), 1, 2, "test"), MODEL, FIELD_ENU_NT, None)
+    posed_one = pose_model(one_sensor(two({}, {}, 300), 1, 2, Path("log.csv")), MODEL, FIELD_ENU_NT, None)
     assert posed_one.relative
     assert not posed_one.iron_known
     assert not {"attitude", "position"} & posed_one.inputs
@@ -94,7 +93,7 @@ def test_attitude_and_position_are_not_used() -> None:
 def test_what_a_model_says_of_the_earths_frame_is_left_out() -> None:
     gradient = {"field_gradient": {"gradient_nT_m": [[1.0, 2.0, 3.0], [2.0, 1.0, 4.0], [3.0, 4.0, -2.0]]}}
     stated = ModelSpec.model_validate({"effects": gradient})
-    given = with_reference(two({}, {}, 300), 1, 2, "test")
+    given = one_sensor(two({}, {}, 300), 1, 2, Path("log.csv"))
     assert pose_model(given, stated, FIELD_ENU_NT, None).effects == ()
 
 
@@ -117,7 +116,7 @@ def test_a_file_by_an_array_is_compared_with_one_of_its_sensors(tmp_path: Path) 
 )
 def test_a_reference_that_is_none_is_one_line(sensor: int | None, reference: int, message: str) -> None:
     with pytest.raises(InputError, match=message):
-        with_reference(two({}, {}, 300), sensor, reference, "log.csv: --reference-sensor")
+        one_sensor(two({}, {}, 300), sensor, reference, Path("log.csv"))
 
 
 def test_a_single_magnetometer_has_no_reference() -> None:
@@ -125,17 +124,17 @@ def test_a_single_magnetometer_has_no_reference() -> None:
     assert recorded_reference(one) is None
     assert needs_field(one, MODEL, stated=False)
     with pytest.raises(InputError, match="no reference of itself"):
-        with_reference(one, None, 1, "test")
+        one_sensor(one, None, 1, Path("log.csv"))
 
 
 def test_of_columns_of_a_reference_no_sensor_is_asked_for() -> None:
-    one = with_reference(two({}, {}, 300), 1, 2, "test")
+    one = one_sensor(two({}, {}, 300), 1, 2, Path("log.csv"))
     with pytest.raises(InputError, match=r"leave the option out: reference_x_nT"):
-        with_reference(replace(one, array_mag_nT=None), None, 2, "test")
+        one_sensor(replace(one, array_mag_nT=None), None, 2, Path("log.csv"))
 
 
 def test_a_reference_has_three_axes_with_a_field_in_every_row() -> None:
-    one = with_reference(two({}, {}, 300), 1, 2, "test")
+    one = one_sensor(two({}, {}, 300), 1, 2, Path("log.csv"))
     first, *others = REFERENCE
     with pytest.raises(InputError, match=f"no column {others[0]} beside {first}"):
         recorded_reference(replace(one, channels={first: one.channels[first]}))

@@ -9,7 +9,7 @@ import pytest
 
 from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose_model
-from diagnosis.problem.repeated_attitude import interpolate_attitude
+from diagnosis.problem.motion import attitude_at_its_time
 from diagnosis.verdict import Verdict
 from diagnosis.workflow import diagnose
 from recordings import Recording
@@ -61,14 +61,14 @@ def test_a_rest_is_no_slower_attitude() -> None:
     rows = np.arange(len(given))
     still = np.where((rows > 1000) & (rows < 3000), 1000, rows)
     resting = _joined(given, still)
-    assert interpolate_attitude(resting, STANDARD).recording is resting
+    assert attitude_at_its_time(resting, 0.0, STANDARD)[0] is resting
 
 
 def test_a_rest_stays_one_beside_a_slower_attitude() -> None:
     given = recording()
     rows = np.arange(len(given)) // 4 * 4
     still = np.where((rows > 1000) & (rows < 3000), 1000, rows)
-    found, share, unknown = interpolate_attitude(_joined(given, still), STANDARD)
+    found, share, unknown = attitude_at_its_time(_joined(given, still), 0.0, STANDARD)
     assert share > 0.3
     assert np.flatnonzero(unknown).tolist() == [3997, 3998, 3999]
     assert found.att_q is not None
@@ -80,4 +80,4 @@ def test_a_log_that_repeats_whole_rows_is_told_by_the_magnetometer() -> None:
     given = recording()
     rows = np.arange(len(given)) // 2 * 2
     whole = replace(_joined(given, rows), mag_nT=given.mag_nT[rows])
-    assert interpolate_attitude(whole, STANDARD).repeated == 0.0
+    assert attitude_at_its_time(whole, 0.0, STANDARD)[1] == 0.0

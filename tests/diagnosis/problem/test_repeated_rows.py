@@ -9,8 +9,7 @@ import pytest
 
 from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose
-from diagnosis.problem.linear import pauses_after
-from diagnosis.problem.repeated_rows import held
+from diagnosis.problem.linear import held, pauses_after
 from tests.diagnosis.synthetic import FIELD_ENU_NT, STRENGTH_NT, recording
 
 

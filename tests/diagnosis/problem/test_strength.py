@@ -13,7 +13,7 @@ from diagnosis.library.candidates import Candidate, propose_candidates
 from diagnosis.problem.formulation import pose
 from diagnosis.problem.formulation import pose_model as problem_of
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.problem.relative import needs_field
+from diagnosis.problem.sensors import needs_field
 from diagnosis.problem.strength import turns_too_fast
 from diagnosis.workflow import diagnose
 from recordings import Recording

@@ -11,7 +11,7 @@ import pytest
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import STANDARD
-from diagnosis.problem.vehicle_iron import fitted_iron
+from diagnosis.problem.model_effects import fitted_iron
 from diagnosis.repair.chain import chain_residual, predict
 from diagnosis.repair.named_effects import _by_cause
 from diagnosis.repair.refinement import refine, variances, without_open_part

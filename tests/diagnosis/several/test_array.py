@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from diagnosis.answer import answer
-from diagnosis.problem.array_sensor import model_of_sensor, of_sensor
 from diagnosis.problem.formulation import pose_model
+from diagnosis.problem.sensors import model_of_sensor, of_sensor
 from diagnosis.question import Question
 from diagnosis.result import Transfer
 from diagnosis.several.result import PooledDiagnosis, worst
