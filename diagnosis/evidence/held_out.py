@@ -124,7 +124,7 @@ def judge_settings(baseline: Baseline, settings: Sequence[Candidate]) -> Evidenc
     policy, tried = baseline.problem.policy, list[tuple[Candidate, Sums, BlockFit, float]]()
     for setting in settings:
         joint = baseline.sums_with(setting.columns(baseline.problem))
-        power = np.einsum("fkk->k", joint.CC[:, 1 + baseline.sums.width :, 1 + baseline.sums.width :])
+        power = np.einsum("fkk->k", joint.CC)[1 + baseline.sums.width :]
         if np.isfinite(power).all() and power.any():
             whole = fit(joint, baseline.all_folds)
             tried.append((setting, joint, whole, squares(joint, whole, baseline.all_folds)))

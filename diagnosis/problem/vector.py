@@ -65,7 +65,8 @@ def still_problem(recording: Recording, effects: tuple[Effect, ...], policy: Pol
 
     def posed(seen: Recording) -> LinearProblem:
         constant_nT = np.tile(np.median(seen.mag_nT, axis=0), (len(seen), 1))
-        problem = _about_iron(seen, state_of(seen, constant_nT[0], constant_nT), None, policy)
+        state = state_of(seen, constant_nT[0], constant_nT, field_rate_nT_s=np.zeros_like(constant_nT))
+        problem = _about_iron(seen, state, None, policy)
         return replace(problem, inputs=problem.inputs - {"rate", "position"}, still=True)
 
     return pose_without_model_effects(posed, recording, effects)
