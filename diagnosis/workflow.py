@@ -18,17 +18,16 @@ from diagnosis.decision.verdict_rules import VerdictInput, doubts_of, verdict_of
 from diagnosis.evidence.active_parts import split_by_power
 from diagnosis.evidence.candidate_result import withdraw_names
 from diagnosis.evidence.direct import DirectFinding, direct_evidence, find_start_samples, held_rows
-from diagnosis.evidence.localise import ChannelShare, localise
+from diagnosis.evidence.localise import localise
 from diagnosis.evidence.reference_checks import correct_reference
 from diagnosis.evidence.rising_spectrum import RisingSpectrum
 from diagnosis.policy import STANDARD, Policy
 from diagnosis.problem.formulation import pose_model
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.repair.channel_curves import FollowedChannels, better_channels, follow_channels
-from diagnosis.repair.model_file import resimulated_rms_nT
-from diagnosis.repair.named_effects import ModelledGap, named_effects
-from diagnosis.repair.new_model import patch_model
-from diagnosis.result import OF_VALUES, Diagnosis, EvidenceKind, NamedEffect
+from diagnosis.repair.channel_curves import better_channels, follow_channels
+from diagnosis.repair.named_effects import Explanation, explain
+from diagnosis.repair.new_model import patch_model, resimulated_rms_nT
+from diagnosis.result import OF_VALUES, Diagnosis, EvidenceKind
 from diagnosis.verdict import Verdict
 from recordings import Recording
 from scenarios.arrays import Array
@@ -48,9 +47,13 @@ class Examination:
 
     whole: LinearProblem
     model: Model
-    problem: LinearProblem
     direct: tuple[DirectFinding, ...]
     conclusion: Conclusion
+
+    @property
+    def problem(self) -> LinearProblem:
+        """The problem at the end of the selection."""
+        return self.conclusion.selection.end.problem
 
 
 @one_thread()
@@ -86,7 +89,7 @@ def examine(
     """Examine a posed problem without its invalid samples."""
     measured, direct = measured_rows(whole, without)
     selection = select_in_every_way(correct_reference(measured), without, say)
-    return Examination(whole, model, selection.end.problem, direct, conclude(selection))
+    return Examination(whole, model, direct, conclude(selection))
 
 
 def measured_rows(
@@ -103,46 +106,47 @@ def measured_rows(
 def diagnosis_of(examination: Examination) -> Diagnosis:
     """The diagnosis of an examination, with sentences and the new model."""
     problem, conclusion = examination.problem, examination.conclusion
-    named = tuple(
-        with_rival_channels(problem, cause) for cause in named_effects(problem, conclusion, examination.direct)
-    )
-    modelled = ModelledGap.of(problem, conclusion)
-    where = localise(problem, modelled.before)
-    rise = RisingSpectrum.of(problem, modelled.before, modelled.after)
-    case = VerdictInput(problem, named, conclusion.clean, modelled.gap, where, modelled.after, rise)
+    found = explain(problem, conclusion, examination.direct)
+    named = tuple(with_rival_channels(problem, cause) for cause in found.named)
+    where = localise(problem, found.before)
+    rise = RisingSpectrum.of(problem, found.before, found.after)
+    case = VerdictInput(problem, named, conclusion.clean, found.gap, where, found.after, rise)
     verdict = verdict_of(case)
     doubts = doubts_of(case, verdict)
     curves = _curves(examination, case, verdict, doubts)
     if curves or doubts or verdict is Verdict.UNKNOWN:  # what explains little is no name
-        verdict, modelled = Verdict.UNKNOWN, curves.modelled if curves else modelled.without_names()
         named = tuple(cause for cause in named if cause.kind is EvidenceKind.DIRECT) + (curves.named if curves else ())
-    bare = _without_sentences(examination, named, verdict, doubts, where, modelled)
-    diagnosis = replace(_resimulated(bare, examination), rise=rise)
+        verdict = Verdict.UNKNOWN
+        found = curves or replace(found, after=found.before, gap=found.gap.without_effects())
+    names, results = {cause.name for cause in named}, conclusion.selection.results
+    lacking = ((name, problem.missing_inputs(effect)) for name, effect in BY_NAME.items())
+    diagnosis = Diagnosis(
+        verdict=verdict,
+        sentence="",
+        named=named,
+        where=where,
+        gap=found.gap,
+        absorbed=tuple(name for name in absorbed_effects(problem) if name not in names),
+        untested=tuple(f"{name} (no {', '.join(channels)})" for name, channels in lacking if channels),
+        doubts=doubts,
+        ranking=withdraw_names(results, doubts) if verdict is Verdict.UNKNOWN else results,
+        before=conclusion.selection.before,
+        after=conclusion.after,
+        model=patch_model(examination.model, named, problem),
+        problem=problem,
+        given=examination.whole.effects,
+        before_nT=found.before * problem.sigma_nT,
+        after_nT=found.after * problem.sigma_nT,
+        parts=split_by_power(problem, conclusion.selection.start.residual()),
+        rise=rise,
+    )
+    diagnosis = _resimulated(diagnosis, examination)
     return replace(diagnosis, sentence=sentence_for(diagnosis), advice=advice_for(diagnosis))
-
-
-def _resimulated(diagnosis: Diagnosis, examination: Examination) -> Diagnosis:
-    """The diagnosis with what its written model leaves, and with fitted iron in the model where it leaves less.
-
-    A curve of a channel, or a cause beside an unknown one, is known next to fitted iron alone.
-    """
-    problem, recording = diagnosis.problem, examination.whole.recording
-    left_nT = resimulated_rms_nT(recording, diagnosis.model, problem)
-    told = replace(diagnosis, resimulated_nT=left_nT)
-    claimed_nT = problem.policy.larger * rms(diagnosis.after_nT[problem.usable > 0])
-    fitted = any(cause.kind not in OF_VALUES for cause in diagnosis.named)
-    wanders = examination.conclusion.noise is not None  # its mean over the run is no iron
-    if left_nT is None or left_nT < claimed_nT or not fitted or wanders or not problem.iron_known:
-        return told
-    model = patch_model(examination.model, diagnosis.named, replace(problem, iron_known=False))
-    anew_nT = resimulated_rms_nT(recording, model, problem)
-    better = anew_nT is not None and anew_nT * problem.policy.larger < left_nT
-    return replace(told, model=model, resimulated_nT=anew_nT, iron_anew=True) if better else told
 
 
 def _curves(
     examination: Examination, case: VerdictInput, verdict: Verdict, doubts: tuple[str, ...]
-) -> FollowedChannels | None:
+) -> Explanation | None:
     """The channels followed by the gap, where only slow noise is named, or curves explain much more than the names."""
     selection = examination.conclusion.selection
     start, noise_alone = selection.start, examination.conclusion.noise is not None and not case.held_out_effects
@@ -152,37 +156,20 @@ def _curves(
     return better_channels(start, case) if verdict is Verdict.PARTIAL and not case.clean else None
 
 
-def _without_sentences(
-    examination: Examination,
-    named: tuple[NamedEffect, ...],
-    verdict: Verdict,
-    doubts: tuple[str, ...],
-    where: tuple[ChannelShare, ...],
-    modelled: ModelledGap,
-) -> Diagnosis:
-    problem, selection, names = examination.problem, examination.conclusion.selection, {cause.name for cause in named}
-    return Diagnosis(
-        verdict=verdict,
-        sentence="",
-        named=named,
-        where=where,
-        gap=modelled.gap,
-        absorbed=tuple(name for name in absorbed_effects(problem) if name not in names),
-        untested=_untested(problem),
-        doubts=doubts,
-        ranking=withdraw_names(selection.results, doubts) if verdict is Verdict.UNKNOWN else selection.results,
-        before=selection.before,
-        after=examination.conclusion.after,
-        model=patch_model(examination.model, named, problem),
-        problem=problem,
-        given=examination.whole.effects,
-        before_nT=modelled.before * problem.sigma_nT,
-        after_nT=modelled.after * problem.sigma_nT,
-        parts=split_by_power(problem, selection.start.residual()),
-    )
+def _resimulated(diagnosis: Diagnosis, examination: Examination) -> Diagnosis:
+    """The diagnosis with what its written model leaves, and with fitted iron in the model where it leaves less.
 
-
-def _untested(problem: LinearProblem) -> tuple[str, ...]:
-    """Effects whose causes are not recorded, with the missing channels."""
-    missing = ((name, problem.missing_inputs(effect)) for name, effect in BY_NAME.items())
-    return tuple(f"{name} (no {', '.join(channels)})" for name, channels in missing if channels)
+    A curve of a channel, or a cause beside an unknown one, is known next to fitted iron alone.
+    """
+    problem, recording, larger = diagnosis.problem, examination.whole.recording, diagnosis.problem.policy.larger
+    left_nT = resimulated_rms_nT(recording, diagnosis.model, problem)
+    told = replace(diagnosis, resimulated_nT=left_nT)
+    fitted = any(cause.kind not in OF_VALUES for cause in diagnosis.named)
+    wanders = examination.conclusion.noise is not None  # its mean over the run is no iron
+    claimed_nT = larger * rms(diagnosis.after_nT[problem.usable > 0])
+    if left_nT is None or left_nT < claimed_nT or not fitted or wanders or not problem.iron_known:
+        return told
+    model = patch_model(examination.model, diagnosis.named, replace(problem, iron_known=False))
+    anew_nT = resimulated_rms_nT(recording, model, problem)
+    better = anew_nT is not None and anew_nT * larger < left_nT
+    return replace(told, model=model, resimulated_nT=anew_nT, iron_anew=True) if better else told

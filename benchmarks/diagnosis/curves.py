@@ -26,7 +26,7 @@ from benchmarks.diagnosis.resumed import resumed
 from benchmarks.diagnosis.three import FLIGHTS, flown_as
 from benchmarks.diagnosis.truth import BASE, beyond_base
 from diagnosis.problem.formulation import pose_model
-from diagnosis.repair.chain import chain_residual
+from diagnosis.repair.refinement import chain_residual
 from diagnosis.result import EvidenceKind
 from diagnosis.workflow import diagnose
 from recordings import Recording

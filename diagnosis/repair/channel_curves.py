@@ -20,8 +20,8 @@ from diagnosis.library.drivers import AT_ONCE, CHANNEL_LAGS, LAGS, Driver, Lag, 
 from diagnosis.library.parameter_search import refine_between_neighbours
 from diagnosis.problem.blocks import fit, inflation
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.repair.named_effects import ModelledGap
-from diagnosis.result import EvidenceKind, GapSize, NamedEffect
+from diagnosis.repair.named_effects import Explanation
+from diagnosis.result import EvidenceKind, NamedEffect
 from recordings.channels import HEIGHT
 from scenarios.arrays import Array
 from sim.effects.channels import HIGHEST, powers
@@ -29,68 +29,39 @@ from sim.effects.channels import HIGHEST, powers
 
 @dataclass(frozen=True)
 class AcceptedCurve:
-    """An accepted curve of a channel, and the channels that do equally well."""
+    """An accepted curve with its channel, its evidence, and the channels that do equally well."""
 
+    channel: str
     evidence: Evidence
     rivals: tuple[str, ...]
 
-    @property
-    def candidate(self) -> Candidate:
-        """Channel, lag and order of the curve."""
-        return self.evidence.candidate
 
-    @property
-    def channel(self) -> str:
-        """Name of the channel."""
-        return channel_of(self.candidate)
-
-
-@dataclass(frozen=True)
-class FollowedChannels:
-    """Curves of channels as named effects, with the gap before and after."""
-
-    named: tuple[NamedEffect, ...]
-    modelled: ModelledGap
-
-    @property
-    def explained(self) -> float:
-        """Explained share of the gap on held-out data."""
-        return self.modelled.gap.explained or 0.0
-
-
-def follow_channels(start: Baseline, baseline: Baseline | None = None) -> FollowedChannels | None:
+def follow_channels(start: Baseline, baseline: Baseline | None = None) -> Explanation | None:
     """Find the channels followed by a gap, where curves of channels are accepted; start : the baseline without effects.
 
     baseline : the same with effects that explain too little to be named, but may hide a channel.
     """
-    if not (curves := select_curves(start, baseline)):
+    problem, curves = start.problem, select_curves(start, baseline)
+    if not curves:
         return None
-    end = start.with_all(curve.candidate.columns(start.problem) for curve in curves)
-    followed = FollowedChannels(tuple(_named_curves(curves, end)), modelled_gap(start, end))
-    return followed if followed.explained >= start.problem.policy.fair_share else None
+    end = start.with_all(curve.evidence.candidate.columns(problem) for curve in curves)
+    # before, with iron fitted to all data: iron hardly shown by the motion leaves far more on held-out data, and such
+    # a difference is no gap
+    before, after = start.residual(), end.residual(~start.splits[0])
+    followed = Explanation.of(problem, _named_curves(curves, end), before, after, end.held_out_samples())
+    return followed if (followed.gap.explained or 0.0) >= problem.policy.fair_share else None
 
 
-def better_channels(start: Baseline, case: VerdictInput) -> FollowedChannels | None:
+def better_channels(start: Baseline, case: VerdictInput) -> Explanation | None:
     """Find curves that explain much more than the named effects, none of which follows the first channel of the gap.
 
     An effect driven by the first channel stays: a curve gains by the effect's form error.
     """
     if not case.where or case.where[0].channel not in unnamed_channels(case):
         return None
-    followed, explained = follow_channels(start), case.gap.explained or 0.0
-    much_more = followed and 1 - followed.explained <= start.problem.policy.half * (1 - explained)
-    return followed if much_more else None
-
-
-def modelled_gap(start: Baseline, end: Baseline) -> ModelledGap:
-    """The gap before, with iron fitted to all data, and after, with iron and curves fitted to the training data.
-
-    Iron hardly shown by the motion leaves far more on held-out data: such a difference is no gap.
-    """
-    problem = start.problem
-    before, after = start.residual(), end.residual(~start.splits[0])
-    test = end.held_out_samples() & (problem.usable > 0)
-    return ModelledGap(before, after, GapSize.of(before[test], after[test], problem.sigma_nT, problem.policy))
+    followed = follow_channels(start)
+    left = start.problem.policy.half * (1 - (case.gap.explained or 0.0))
+    return followed if followed and 1 - (followed.gap.explained or 0.0) <= left else None
 
 
 def _named_curves(curves: Sequence[AcceptedCurve], end: Baseline) -> list[NamedEffect]:
@@ -98,12 +69,12 @@ def _named_curves(curves: Sequence[AcceptedCurve], end: Baseline) -> list[NamedE
     whole, policy = fit(end.sums, end.all_folds), end.problem.policy
     covariances, named, at = inflation(end.sums, whole, policy) * whole.covariance, list[NamedEffect](), 0
     for curve, columns in zip(curves, end.accepted_columns, strict=True):
-        own = slice(at, at := at + columns.shape[2])
-        effect, covariance, spread = curve.candidate.to_effect(whole.c[own]), covariances[own, own], dict[str, Array]()
-        std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-        for (name, unit), std_of_unit in zip(effect.linear_units(), std, strict=True):
-            spread[name] = np.hypot(spread.get(name, 0.0), unit * std_of_unit)
-        found = NamedEffect(effect, (), EvidenceKind.CURVE, curve.evidence.nats, curve.evidence.strength, spread)
+        own, evidence = slice(at, at := at + columns.shape[2]), curve.evidence
+        effect, covariance = evidence.candidate.to_effect(whole.c[own]), covariances[own, own]
+        spread: dict[str, Array] = {}
+        for (name, unit), variance in zip(effect.linear_units(), np.diag(covariance), strict=True):
+            spread[name] = np.hypot(spread.get(name, 0.0), unit * max(variance, 0.0) ** 0.5)
+        found = NamedEffect(effect, (), EvidenceKind.CURVE, evidence.nats, evidence.strength, spread)
         named.append(replace(found, needed=policy.coloured_nats, covariance=covariance, rivals=curve.rivals))
     return named
 
@@ -123,26 +94,25 @@ def select_curves(start: Baseline, baseline: Baseline | None = None) -> tuple[Ac
             break
         curves.append(chosen)
         known = [driver for driver in known if driver.name != chosen.channel]
-        baseline = baseline.with_columns(chosen.candidate.columns(problem))
+        baseline = baseline.with_columns(chosen.evidence.candidate.columns(problem))
     return tuple(curves)
 
 
 def _next_curve(baseline: Baseline, start: Baseline, known: Sequence[Driver], *, first: bool) -> AcceptedCurve | None:
     """The best accepted curve; curves after the first need to add less."""
-    policy, least_share = baseline.problem.policy, "fair_share" if first else "trace"
+    policy = baseline.problem.policy
+    least_share = policy.fair_share if first else policy.trace
     screening = DriverScreening.of(baseline)
     beside, fits = screening.coloured_baseline, _fitted_curves(baseline, screening, known)
     for best in sorted(fits, key=lambda fit: -fit.gain):
         inflation, refusal = beyond_chance(best, beside, baseline.problem, policy.coloured_nats)
-        if refusal:
-            continue
-        chosen = judge_settings(baseline, [_refined_lag(baseline, _lowest_order(best, beside, inflation))])
-        if chosen is None or added_share(start, baseline, chosen.squares) < getattr(policy, least_share):
+        chosen = None if refusal else judge_settings(baseline, [_simplest(best, beside, baseline, inflation)])
+        if chosen is None or added_share(start, baseline, chosen.squares) < least_share:
             continue
         rivals = [fit for fit in fits if fit is not best]
         alike = find_look_alikes(best, rivals, beside, policy.apart * inflation, policy.same_coloured)
-        evidence = replace(chosen, gain=best.gain, V=inflation)
-        return AcceptedCurve(evidence, tuple(channel_of(fit.evidence.candidate) for fit in alike))
+        channel, *others = (channel_of(fit.evidence.candidate) for fit in (best, *alike))
+        return AcceptedCurve(channel, replace(chosen, gain=best.gain, V=inflation), tuple(others))
     return None
 
 
@@ -200,24 +170,21 @@ class DriverScreening:
         return float(nats[best]), ways[best]
 
 
-def _lowest_order(best: CandidateFit, beside: ColouredBaseline, inflation: float) -> Candidate:
-    """The curve of the lowest order that the data do not distinguish from the highest."""
-    k, noise_model = best.columns.shape[2] // HIGHEST, best.hypothesis.noise_model
+def _simplest(best: CandidateFit, beside: ColouredBaseline, baseline: Baseline, inflation: float) -> Candidate:
+    """The curve of the lowest order that the data do not distinguish from the highest.
+
+    Its lag is interpolated between listed lags where the misfit is then smaller beyond chance.
+    """
+    k, noise_model, policy = best.columns.shape[2] // HIGHEST, best.hypothesis.noise_model, baseline.problem.policy
     several = [beside.columns_with(best.columns[:, :, : k * order]) for order in range(1, HIGHEST + 1)]
     held = [
         Hypothesis.with_noise_model(beside.rows, columns, noise_model).held_out_log_likelihood for columns in several
     ]
-    near = max(held) - beside.rows.policy.apart * inflation
-    order = next(i for i, nats in enumerate(held, start=1) if nats >= near)
-    return best.evidence.candidate.at({"order": order})
-
-
-def _refined_lag(baseline: Baseline, candidate: Candidate) -> Candidate:
-    """The curve with its lag interpolated between listed lags, where the misfit is smaller beyond chance."""
-    finer = refine_between_neighbours(candidate, lambda curve: misfit(baseline, curve))
-    if finer is None or misfit(baseline, candidate) - misfit(baseline, finer) <= 2 * baseline.problem.policy.apart:
-        return candidate
-    return finer
+    order = 1 + int(np.argmax(np.array(held) >= max(held) - policy.apart * inflation))
+    curve = best.evidence.candidate.at({"order": order})
+    finer = refine_between_neighbours(curve, lambda candidate: misfit(baseline, candidate))
+    better = finer and misfit(baseline, curve) - misfit(baseline, finer) > 2 * policy.apart
+    return finer if finer and better else curve
 
 
 def channel_of(candidate: Candidate) -> str:

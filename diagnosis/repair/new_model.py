@@ -1,22 +1,27 @@
-"""The new model: the given model with the named effects, as a scenario for the simulator."""
+"""The new model: the given model with the named effects, its file, and the gap that the simulator leaves with it."""
 
 from __future__ import annotations
 
+import difflib
 import itertools
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from diagnosis.problem.formulation import simulated_nT
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.problem.model_effects import fitted_iron
-from diagnosis.repair.chain import chain_residual, fit_iron_with_effects
-from diagnosis.repair.refinement import refine
+from diagnosis.repair.refinement import chain_residual, fit_iron_with_effects, refine
 from diagnosis.result import NamedEffect
+from recordings import Recording
 from recordings.channels import HEIGHT
 from scenarios.errors import InputError
+from scenarios.nesting import parsed_toml
 from scenarios.spec import FieldSpec, NavigationSpec
+from scenarios.toml import to_toml
 from sim.effects import Effects, as_tables, of_sign
 from sim.effects.base import Effect
 from sim.effects.chain_position import insert_effects
@@ -25,6 +30,7 @@ from sim.simulation import channels_of
 from sim.state import MOTION, State
 from sim.vehicles.auv import Auv
 from sim.vehicles.turntable import Turntable
+from validation.signals.amplitude import rms
 
 TABLE: dict[str, Any] = {"vehicle": {"kind": Turntable.name}, "phases": [{"kind": "tumble", "duration_s": 380.0}]}
 CIRCLES: dict[str, Any] = {
@@ -35,6 +41,10 @@ CIRCLES: dict[str, Any] = {
     ],
 }  # fmt: skip
 """Motions for a model without one: over the whole sphere, or with motors where an effect needs their currents."""
+NO_VEHICLE = "# The vehicle is unknown: `diagnose --model` takes the file; to simulate, add [vehicle] and [[phases]].\n"
+DIGITS = 5
+"""Significant digits of a number in the diff; the model's file has all."""
+LONG_NUMBER = re.compile(r"-?\d+\.\d{4,}(?:e[+-]?\d+)?")
 
 
 class StandIn(Scenario):
@@ -47,37 +57,27 @@ def patch_model(model: Model, named: Sequence[NamedEffect], problem: LinearProbl
     A scenario keeps its vehicle and motion, but not its `vary`: the new model is a single instrument. A model without
     a vehicle becomes a `StandIn`, which the simulator can run.
     """
-    new = [effect for named_effect in named for effect in named_effect.effects]
+    new = [effect for cause in named for effect in cause.effects]
     iron = () if problem.iron_known else fitted_iron(fit_iron_with_effects(problem, new))
     given = insert_effects(problem.effects, iron)
     if not any(effect.traits.sign == "white" for effect in given):
-        own_nT = (
-            problem.sigma_nT if problem.level is None else problem.sigma_nT[:1]
-        )  # the dip has the noise of the strength
-        x, y, z = (float(std) for std in np.resize(own_nT, 3))
-        new.append(of_sign("white", (x, y, z)))
+        # without a heading the second quantity is the dip, which has the noise of roll and pitch too
+        own_nT = problem.sigma_nT if problem.level is None else problem.sigma_nT[:1]
+        new.append(of_sign("white", tuple(np.resize(own_nT, 3).tolist())))
     whole = _as_one(_merge_equal(insert_effects(given, new), problem.state), problem)
     tables, order = as_tables(whole)
-    changed = {"effects": Effects(tables), "effect_order": order}
-    if isinstance(model, Scenario):
-        return model.model_copy(update={**changed, **_single_instrument(model, problem)})
-    return StandIn.model_validate(
-        {"name": model.name, "summary": model.summary, "field": _field(model, problem)}
-        | _motion(whole)
-        | changed
-        | _navigation(NavigationSpec(), problem)
-    )
-
-
-def _single_instrument(model: Scenario, problem: LinearProblem) -> dict[str, Any]:
-    """Updates of a scenario: the corrected field, the attitude's delay, and sensors without effects and variations.
-
-    The effects of its sensors are all included in `effects`.
-    """
-    bare = tuple(sensor.model_copy(update={"kind": None, "effects": Effects()}) for sensor in model.sensors)
-    single = {"sensor": None, "sensors": bare, "vary": {}} | _navigation(model.navigation, problem)
-    field_enu_nT = problem.corrected_field_enu_nT
-    return single if field_enu_nT is None else single | {"field": FieldSpec(enu_nT=tuple(field_enu_nT))}
+    changed: dict[str, Any] = {"effects": Effects(tables), "effect_order": order}
+    if (corrected_nT := problem.corrected_field_enu_nT) is not None:
+        changed["field"] = FieldSpec(enu_nT=tuple(corrected_nT))
+    navigation = model.navigation if isinstance(model, Scenario) else NavigationSpec()
+    changed["navigation"] = navigation.model_copy(update={"attitude_delay_s": problem.attitude_delay_s})
+    if isinstance(model, Scenario):  # whose sensors' own effects are all in `effects`
+        bare = tuple(sensor.model_copy(update={"kind": None, "effects": Effects()}) for sensor in model.sensors)
+        return model.model_copy(update={**changed, "sensor": None, "sensors": bare, "vary": {}})
+    needed = {name for effect in whole for name in effect.required_inputs} - MOTION
+    motion = TABLE if needed <= {*channels_of(Turntable.name), HEIGHT} else CIRCLES
+    field = model.field or FieldSpec(enu_nT=tuple(problem.state.field_enu_nT))
+    return StandIn.model_validate({"name": model.name, "summary": model.summary, "field": field} | motion | changed)
 
 
 def _merge_equal(effects: Sequence[Effect], state: State) -> list[Effect]:
@@ -94,15 +94,31 @@ def _merge_equal(effects: Sequence[Effect], state: State) -> list[Effect]:
     return merged
 
 
+def _is_additive(effect: Effect, state: State) -> bool:
+    """Whether the contribution of an effect is independent of the signal; random effects have no linear parameter."""
+    if not effect.linear:
+        return False
+    once, twice = (effect.apply(state, k * state.field_nT, np.random.default_rng(0), {}) for k in (1.0, 2.0))
+    return bool((once == twice).all())
+
+
 def _as_one(chain: Sequence[Effect], problem: LinearProblem) -> list[Effect]:
     """Join two effects of one name in a chain, if one effect with other parameters leaves no more of the gap.
 
     The model's lag and the lag named beside it are a single lag. Vector mode only.
     """
     joined = list(chain)
-    if problem.mode == "vector" and not (problem.still or problem.relative):
-        for own, change in _pairs(joined):
-            joined = _joined(joined, own, change, problem)
+    for own, change in _pairs(joined) if problem.mode == "vector" and not (problem.still or problem.relative) else ():
+        others = [effect for effect in joined if effect is not own and effect is not change]
+        about = replace(problem, effects=tuple(others), iron_known=True)
+        try:
+            sum_of_both = own.combine(own.coefficients() + change.coefficients(), **_nonlinear_values(own))
+        except InputError:  # beyond the effect's bounds
+            continue
+        one, _ = refine(about, [sum_of_both], problem.usable > 0, refit_iron=False)
+        of_two, of_one = (float(np.square(chain_residual(about, new)).sum()) / 2 for new in ((own, change), one))
+        if of_one - of_two < problem.policy.apart:
+            joined = [one[0] if effect is own else effect for effect in joined if effect is not change]
     return joined
 
 
@@ -113,48 +129,45 @@ def _pairs(chain: Sequence[Effect]) -> list[tuple[Effect, Effect]]:
     return [(several[0], several[1]) for several in of_name if len(several) == 2]
 
 
-def _joined(chain: list[Effect], own: Effect, change: Effect, problem: LinearProblem) -> list[Effect]:
-    others = [effect for effect in chain if effect is not own and effect is not change]
-    about = replace(problem, effects=tuple(others), iron_known=True)
-    try:
-        sum_of_both = own.combine(own.coefficients() + change.coefficients(), **_nonlinear_values(own))
-    except InputError:  # beyond the effect's bounds
-        return chain
-    (one,) = refine(about, [sum_of_both], problem.usable > 0, refit_iron=False).effects
-    with_two, with_one = (float(np.square(chain_residual(about, new)).sum()) / 2 for new in ((own, change), (one,)))
-    kept = (one if effect is own else effect for effect in chain if effect is not change)
-    return list(kept) if with_one - with_two < problem.policy.apart else chain
-
-
-def _is_additive(effect: Effect, state: State) -> bool:
-    """Whether the contribution of an effect is independent of the signal; random effects have no linear parameter."""
-    if not effect.linear:
-        return False
-    once, twice = (effect.apply(state, k * state.field_nT, np.random.default_rng(0), {}) for k in (1.0, 2.0))
-    return bool((once == twice).all())
-
-
 def _nonlinear_values(effect: Effect) -> dict[str, Any]:
     """The parameters in which an effect is not linear, and its window."""
     return {name: getattr(effect, name) for name in effect.names() if name not in effect.linear}
 
 
-def _navigation(given: NavigationSpec, problem: LinearProblem) -> dict[str, Any]:
-    """The navigation with the delay of the attitude that was found; nothing if there is none."""
-    if problem.attitude_delay_s == given.attitude_delay_s:
-        return {}
-    return {"navigation": given.model_copy(update={"attitude_delay_s": problem.attitude_delay_s})}
+def written_model(model: Scenario) -> str:
+    """The TOML text of a new model: a scenario, or what a diagnosis compares where the vehicle is not known."""
+    if not isinstance(model, StandIn):
+        return to_toml(model)
+    kept = {name: getattr(model, name) for name in ("name", "summary", "field", "effects", "effect_order")}
+    late = NavigationSpec(attitude_noise_std_deg=0.0, attitude_delay_s=model.navigation.attitude_delay_s)
+    return NO_VEHICLE + to_toml(ModelSpec(navigation=late, **kept))
 
 
-def _field(model: ModelSpec, problem: LinearProblem) -> Any:
-    if problem.corrected_field_enu_nT is not None:
-        return {"enu_nT": problem.corrected_field_enu_nT.tolist()}
-    if model.field is None:
-        return {"enu_nT": problem.state.field_enu_nT.tolist()}
-    return model.field.model_dump(mode="json", exclude_none=True)
+def resimulated_rms_nT(recording: Recording, model: Scenario, end: LinearProblem) -> float | None:
+    """Rms in nT of measured minus simulated for a model read back from its TOML text, with no fit to the recording.
+
+    recording : with its attitude as recorded. end : the problem at the end of the diagnosis, whose usable samples are
+    counted. None where the three axes are not compared with the Earth's field.
+    """
+    if end.mode != "vector" or end.still or end.relative or len(end.usable) != len(recording):
+        return None
+    kind = ModelSpec if isinstance(model, StandIn) else Scenario
+    read = kind.model_validate(parsed_toml(written_model(model), "model.toml", "report the model"))
+    return rms((recording.mag_nT - simulated_nT(recording, read, end.policy))[np.asarray(end.usable > 0)])
 
 
-def _motion(effects: Sequence[Effect]) -> dict[str, Any]:
-    given = (*channels_of(TABLE["vehicle"]["kind"]), HEIGHT)
-    needed = {name for effect in effects for name in effect.required_inputs} - MOTION
-    return TABLE if needed <= set(given) else CIRCLES
+def lines_of_diff(given_effects: Sequence[Effect], model: Scenario) -> tuple[str, ...]:
+    """Lines of the diff from the effects of the given model to a new model, without line ends; empty if equal."""
+    tables, order = as_tables(tuple(given_effects))
+    given = model.model_copy(update={"effects": Effects(tables), "effect_order": order})
+    before, after = _compared(given), _compared(model)
+    return tuple(difflib.unified_diff(before, after, "given model", "new model", lineterm="", n=2))
+
+
+def _compared(model: Scenario) -> list[str]:
+    """Lines of what a diagnosis compares, the field and the effects, with numbers of DIGITS significant digits."""
+    head, *tables = re.split(r"^(?=\[)", to_toml(model), flags=re.MULTILINE)
+    order = [line for line in head.splitlines() if line.startswith("effect_order")]
+    compared = (table for table in tables if table.startswith(("[field", "[effects", "[[effects")))
+    text = "\n".join([*order, "", *compared])
+    return LONG_NUMBER.sub(lambda number: f"{float(number[0]):.{DIGITS}g}", text).splitlines()

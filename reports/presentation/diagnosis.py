@@ -10,7 +10,7 @@ import numpy as np
 
 from diagnosis.evidence.candidate_result import CandidateResult
 from diagnosis.evidence.direct import find_start_samples
-from diagnosis.repair.model_file import model_diff, written_model
+from diagnosis.repair.new_model import lines_of_diff, written_model
 from diagnosis.result import Diagnosis, EvidenceKind, NamedEffect, Transfer, parameters
 from diagnosis.verdict import Verdict
 from reports.presentation.answer import PresentedAnswer, gap_cells, noise_tile
@@ -91,7 +91,7 @@ class PresentedDiagnosis(PresentedAnswer):
             gaps=tuple(_gap_rows(diagnosis, series)),
             where=diagnosis.where,
             not_observable=diagnosis.not_observable,
-            diff=model_diff(diagnosis),
+            diff=lines_of_diff(diagnosis.given, diagnosis.model),
             model=written_model(diagnosis.model),
             summary=diagnosis.as_dict(),
             date=str(diagnosis.problem.recording.origin.date or ""),

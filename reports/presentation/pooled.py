@@ -8,7 +8,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from diagnosis.repair.model_file import lines_of_diff, written_model
+from diagnosis.repair.new_model import lines_of_diff, written_model
 from diagnosis.result import NamedEffect, Transfer, parameters
 from diagnosis.several.common_effects import CommonEffect
 from diagnosis.several.result import PooledDiagnosis, Scope

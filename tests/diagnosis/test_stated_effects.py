@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from diagnosis.problem.motion import attitude_at, attitude_course
-from diagnosis.repair.model_file import model_diff
+from diagnosis.repair.new_model import lines_of_diff
 from diagnosis.result import Diagnosis
 from diagnosis.workflow import diagnose
 from sim.scenario import ModelSpec
@@ -66,7 +66,7 @@ def test_any_effect_of_the_model_that_is_off_is_one_effect_of_the_new_model(true
     assert [cause.name for cause in found.named] == [name]
     (changed,) = (effect for effect in found.model.chain() if effect.name == name)
     assert np.array(getattr(changed, key)) == pytest.approx(np.array(table[key]), abs=0.05 * np.abs(table[key]).max())
-    assert any(line.startswith("-") for line in model_diff(found)[2:])
+    assert any(line.startswith("-") for line in lines_of_diff(found.given, found.model)[2:])
     effect = found.as_dict()["effects"][0]
     assert effect["stated"][key] != effect["corrected"][key]
 

@@ -15,7 +15,7 @@ from diagnosis.problem.linear import LinearProblem, ReferenceCorrection
 from diagnosis.problem.motion import quieter_rate
 from diagnosis.problem.track import FieldTrack
 from diagnosis.problem.vector import with_attitude_std
-from diagnosis.repair.chain import chain_residual
+from diagnosis.repair.refinement import chain_residual
 from scenarios.errors import InputError
 from sim.effects.base import Effect
 from sim.effects.currents import MotorCurrent

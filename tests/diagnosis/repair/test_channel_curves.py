@@ -15,8 +15,8 @@ from diagnosis.evidence.localise import ChannelShare
 from diagnosis.library.drivers import CHANNEL_LAGS, find_drivers
 from diagnosis.policy import Policy
 from diagnosis.problem.formulation import pose, pose_model
-from diagnosis.repair.chain import chain_residual
-from diagnosis.repair.channel_curves import DriverScreening, better_channels, channel_of, modelled_gap, select_curves
+from diagnosis.repair.channel_curves import DriverScreening, better_channels, select_curves
+from diagnosis.repair.refinement import chain_residual
 from diagnosis.result import EvidenceKind
 from diagnosis.several.confirmation import confirmed
 from diagnosis.verdict import Verdict
@@ -99,13 +99,13 @@ def test_several_channels_are_joined_and_each_has_the_lowest_order_that_will_do(
     (first, second) = select_curves(
         Baseline.of(problem(disturbed(2 * one + 1.5 * other**2, a=one, b=other, c=slow(5))))
     )
-    assert {channel_of(c.candidate): dict(c.candidate.nonlinear)["order"] for c in (first, second)} == {"a": 1, "b": 2}
+    assert {c.channel: dict(c.evidence.candidate.nonlinear)["order"] for c in (first, second)} == {"a": 1, "b": 2}
 
 
 def test_a_lag_of_the_curve_is_told_from_a_lag_of_the_channel() -> None:
     x = np.sin(np.arange(4000) / 17.0)
     (one,) = select_curves(Baseline.of(problem(disturbed(2 * late(x**2, 3.0), x=x))))
-    way = dict(one.candidate.nonlinear)
+    way = dict(one.evidence.candidate.nonlinear)
     assert way["late"] == "curve"
     assert way["lag_s"] == pytest.approx(3.0, rel=0.15)
 
@@ -217,17 +217,3 @@ def test_curves_are_looked_for_beside_names_too_small_to_be_told_but_not_beside_
     seen: Any = SimpleNamespace(conclusion=SimpleNamespace(selection=selection, noise=None))
     workflow._curves(seen, case_of(FOUND), Verdict.UNKNOWN, doubts)
     assert asked == [("start",)] + [("start", "end")] * beside
-
-
-def test_what_iron_leaves_where_it_was_not_fitted_is_no_gap_that_a_curve_explains() -> None:
-    """White noise fitted to all, three times as much where the motion of the training part does not show the iron."""
-    posed = problem()
-
-    def left(use: Any = None) -> Any:
-        return np.full(posed.target.shape, 1.2 if use is None else 3.0)
-
-    start: Any = SimpleNamespace(problem=posed, residual=left, splits=[np.ones(2, bool)])
-    end: Any = SimpleNamespace(
-        residual=lambda use: left(), held_out_samples=lambda: np.arange(len(posed.target)) % 2 > 0
-    )
-    assert modelled_gap(start, end).gap.explained == pytest.approx(0.0)

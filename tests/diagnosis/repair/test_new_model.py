@@ -12,13 +12,13 @@ from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose
 from diagnosis.problem.level import Level
 from diagnosis.problem.linear import LinearProblem, ReferenceCorrection
-from diagnosis.repair.model_file import written_model
-from diagnosis.repair.new_model import patch_model
+from diagnosis.repair.new_model import lines_of_diff, patch_model, written_model
 from diagnosis.repair.refinement import refine
 from diagnosis.result import EvidenceKind, NamedEffect
 from scenarios.nesting import parsed_toml
 from scenarios.toml import as_dict
 from sim.chain import apply_deterministic
+from sim.effects import Effects, as_tables
 from sim.effects.base import Effect
 from sim.effects.dynamics import Latency
 from sim.effects.earth import RegionalField
@@ -62,7 +62,7 @@ def _posed(effect: Effect) -> LinearProblem:
 def test_a_model_without_one_given_predicts_another_recording(effect: Effect) -> None:
     """The iron is fitted beside the effect, which stands where the simulator has it."""
     posed = _posed(effect)
-    fine = refine(posed, [effect], np.ones(N, bool)).effects[0]
+    (fine,), _ = refine(posed, [effect], np.ones(N, bool))
     chain = patch_model(ModelSpec(), [NamedEffect(fine, (), EvidenceKind.HELD_OUT, 100.0, 1.0)], posed).chain()
     other = problem(recording(2 * N, seed=1, hidden=IRON | _hidden(effect)))
     left_nT = other.recording.mag_nT - apply_deterministic(chain, other.state)[0]
@@ -170,3 +170,18 @@ def test_what_a_scenario_says_of_its_sensors_is_in_the_written_chain_and_nowhere
     read = Scenario.model_validate(as_dict(written))
     assert [one.name for k in (0, 1) for one in read.chain(k)] == ["hard_iron", "white_noise"] * 2
     assert not read.vary
+
+
+def test_the_diff_has_field_and_effects_alone_and_short_numbers() -> None:
+    tables, order = as_tables((HardIron(offset_nT=(5200.019526273762, -3097.3137692795945, 7404.954905968272)),))
+    model = load("quad-comb").model_copy(update={"effects": Effects(tables), "effect_order": order})
+    lines = lines_of_diff((), model)
+    assert "+offset_nT = [5200, -3097.3, 7405]" in lines
+    assert not any("vehicle" in line or "sampling" in line for line in lines)
+    assert all(line[0] in "+-@ " for line in lines)
+
+
+def test_equal_models_have_no_diff() -> None:
+    tables, order = as_tables((HardIron(offset_nT=(10.0, 20.0, 30.0)),))
+    model = load("quad-comb").model_copy(update={"effects": Effects(tables), "effect_order": order})
+    assert lines_of_diff((HardIron(offset_nT=(10.0, 20.0, 30.0)),), model) == ()

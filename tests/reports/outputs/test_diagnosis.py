@@ -18,7 +18,7 @@ from rerun.chunk import RrdReader
 
 import reports.outputs.diagnosis as outputs
 import reports.viewer.diagnosis as diagnosis_recording
-from diagnosis.repair.model_file import model_diff
+from diagnosis.repair.new_model import lines_of_diff
 from diagnosis.result import Diagnosis
 from diagnosis.verdict import Verdict
 from diagnosis.workflow import diagnose
@@ -217,12 +217,13 @@ def test_a_place_that_cannot_be_written_is_told_and_nothing_is_left(found: Diagn
 
 
 def test_the_diff_is_what_was_added(found: Diagnosis, flight, model) -> None:  # type: ignore[no-untyped-def]
-    lines = model_diff(found)
+    lines = lines_of_diff(found.given, found.model)
     added = [line for line in lines if line.startswith("+") and not line.startswith("+++")]
     assert "+[effects.motor_current]" in added
     cut = [line for line in lines if line.startswith("-") and not line.startswith("---")]
     assert [line.split(" = ")[0] for line in cut] == ["-effect_order"]
-    assert not model_diff(diagnose(flight({}), model()))
+    none = diagnose(flight({}), model())
+    assert not lines_of_diff(none.given, none.model)
 
 
 def test_the_page_answers_before_it_draws(found: Diagnosis) -> None:
