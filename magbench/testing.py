@@ -70,7 +70,7 @@ def assert_accuracy(
         baseline : a file of `magbench gate --write-baseline`; the limit is margin times its score of the same trial.
     quantile, max_trials, smallest_defect, power, spread, false_fail_rate, seed, time_limit_s : as in a file of gates
         (docs/gates.md), with its defaults; false_fail_rate is of this assertion alone.
-    inconclusive : whether an assertion that is still undecided after max_trials fails, or skips the test.
+    inconclusive : whether an assertion that is still inconclusive after max_trials fails, or skips the test.
 
     Returns the gate's outcome: verdict, measured, values (n,), smallest_seen and more. An object in memory, and a
     function, is called in this process; module:object and commands run in processes of their own.

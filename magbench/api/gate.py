@@ -28,8 +28,8 @@ def gate(
 ) -> GateResult:
     """Hold calibrators to the limits of a file; trials are computed one by one, until every gate is decided.
 
-    gates : a gates.toml. out : directory for report.html, gates.json, junit.xml and summary.md. strict : an undecided
-    gate counts as failed. seed, time_limit_s : in place of the file's. jobs, scheduler : as in `compare`.
+    gates : a gates.toml. out : directory for report.html, gates.json, junit.xml and summary.md. strict : inconclusive
+    gates count as failed. seed, time_limit_s : in place of the file's. jobs, scheduler : as in `compare`.
     warn : gets a line about damaged trials of `out`, which are computed again.
 
     Raises InputError for a file that cannot be used. A gate of one calibrator in a test: `magbench.testing`.

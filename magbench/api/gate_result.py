@@ -16,13 +16,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class GateResult(Displayed):
-    """The outcomes of a file of gates; `strict`: an undecided gate counts as failed."""
+    """The outcomes of a file of gates; `strict`: an inconclusive gate counts as failed."""
 
     outcomes: tuple[GateOutcome, ...]
     strict: bool = False
 
     def __repr__(self) -> str:
-        """How many gates failed or are undecided."""
+        """How many gates failed or are inconclusive."""
         from reports.text.gates import headline
 
         return headline(self.outcomes)

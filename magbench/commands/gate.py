@@ -32,7 +32,7 @@ TimeLimit = Annotated[
         help=f"For one fit of a calibrator that is not magbench's.  [default: the file's, or {TIME_LIMIT_S:g}]",
     ),
 ]
-Strict = Annotated[bool, typer.Option("--strict", help="A gate that is left undecided fails too.")]
+Strict = Annotated[bool, typer.Option("--strict", help="A gate that is left inconclusive fails too.")]
 Baseline = Annotated[
     Path | None,
     typer.Option(metavar="FILE", help="Judge nothing: run all trials and write the scores for gates with a baseline."),
@@ -59,7 +59,7 @@ def command(
 ) -> None:
     """Hold calibrators to the limits of a file. Trials are looked at one by one, until every gate is decided.
 
-    Status 1 where a gate failed; one that is left undecided is a warning, or with --strict status 1 too.
+    Status 1 where a gate failed; one that is left inconclusive is a warning, or with --strict status 1 too.
 
     Example: magbench gate gates.toml -o out/gates --jobs 2
     """

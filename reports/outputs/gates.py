@@ -44,7 +44,7 @@ def run_gates(
 ) -> list[GateOutcome]:
     """Run trials until every gate is decided and write FILES into `out`.
 
-    strict : an undecided gate is a failure in junit.xml instead of skipped. Trials are kept until FILES are written: a
+    strict : inconclusive gates are failures in junit.xml instead of skipped. Trials are kept until FILES are written: a
     killed run resumes, a finished run starts afresh.
     Raises InputError where `out` holds a comparison, and where the system refuses to write.
     """
@@ -130,7 +130,7 @@ def _ranked_by(answer: Path) -> str:
 
 
 def junit(outcomes: list[GateOutcome], title: str, *, strict: bool) -> str:
-    """Return JUnit XML, a test case per gate; an undecided gate is skipped, or failed with `strict`."""
+    """Return JUnit XML, a test case per gate; an inconclusive gate is skipped, or failed with `strict`."""
     suites = ElementTree.Element("testsuites")
     suite = ElementTree.SubElement(suites, "testsuite", name=_printable(title), errors="0")
     number = {"tests": len(outcomes), "failures": 0, "skipped": 0}
@@ -155,7 +155,7 @@ def junit(outcomes: list[GateOutcome], title: str, *, strict: bool) -> str:
 
 
 def github_lines(outcomes: list[GateOutcome], file: Path) -> list[str]:
-    """Return GitHub annotations at the gate file: an error per failed gate, a warning per undecided gate."""
+    """Return GitHub annotations at the gate file: an error per failed gate, a warning per inconclusive gate."""
     kinds = {"fail": "error", "inconclusive": "warning"}
     return [
         f"::{kinds[one.verdict]} file={_property(str(file))},title={_property(f'gate {one.plan.gate.name}')}::"

@@ -121,7 +121,7 @@ class GateOutcomeJson(ResultTable):
 class GateJson(ResultTable):
     """gates.json: verdicts on a file of gates."""
 
-    verdict: str = key("fail where any gate failed, else inconclusive where any is undecided, else pass")
+    verdict: str = key("fail where any gate failed, else inconclusive where any is open, else pass")
     gates: list[GateOutcomeJson] = key("a gate each")
     out: str | None = where_told("directory of the files (with --json)")
 

@@ -15,11 +15,11 @@ HEADS = ("gate", "verdict", "measured", "limit", "trials", "smallest defect seen
 
 
 def headline(outcomes: Sequence[GateOutcome]) -> str:
-    """Return the number of failed and undecided gates; without either, the number of passed gates."""
+    """Return the number of failed and inconclusive gates; without either, the number of passed gates."""
     number = {verdict: sum(one.verdict == verdict for one in outcomes) for verdict in MARKS}
     parts = [f"{number['fail']} of {counted(len(outcomes), 'gate')} failed"] if number["fail"] else []
     if number["inconclusive"]:
-        parts.append(f"{number['inconclusive']} undecided")
+        parts.append(f"{number['inconclusive']} inconclusive")
     return ", ".join(parts) or f"{counted(len(outcomes), 'gate')} passed"
 
 

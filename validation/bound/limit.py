@@ -12,6 +12,7 @@ from scenarios.errors import InputError
 from validation.bound.experiment import Experiment
 from validation.bound.goal import OFFSET, Goal
 from validation.bound.information import AT_MOST, SINGULAR
+from validation.text import figure
 
 YAW_STEP_DEG = 5.0
 """Yaw step of a design's attitudes; half the step changes limits of the standard case by less than 0.1 %."""
@@ -21,6 +22,8 @@ LEAST_TILTS = 9
 """Tilts about each axis, however narrow the limits."""
 GAP = 1e-3
 """Relative duality gap at which a design is optimal."""
+SHOWN_GAP = 1e-4
+"""Least relative duality gap that is told by a figure."""
 MOST_ROUNDS = 10_000
 BETWEEN = 25
 """Rounds over candidates with weight, between two rounds over all candidates."""
@@ -90,6 +93,11 @@ class Limit:
     gap: float
     attitudes: Rotation
     weights: Array
+
+    @property
+    def gap_words(self) -> str:
+        """The gap in per cent: what is smaller than 0.01 % is no more than that."""
+        return f"duality gap {figure(100 * self.gap, 2)} %" if self.gap >= SHOWN_GAP else "duality gap below 0.01 %"
 
 
 def limit(known: Experiment, knowledge: str, tilts: Tilts, goal: Goal = OFFSET, before: Array | None = None) -> Limit:

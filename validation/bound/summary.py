@@ -85,9 +85,8 @@ def _limit(least: Limit, size: float) -> str:
     if not isfinite(least.value):
         return f"{within} no motion determines the offset"
     best = f"{within} no motion of as many samples can do better than {figure(least.value)} nT rms"
-    gap = f"duality gap {figure(100 * least.gap, 2)} %"
     times = f"; this one allows {figure(size / least.value)} times that" if isfinite(size) else ""
-    return f"{best} ({gap}){times}"
+    return f"{best} ({least.gap_words}){times}"
 
 
 def rows(found: BoundAnswer) -> list[Row]:

@@ -13,7 +13,7 @@ from validation.text import figure
 
 @dataclass(frozen=True)
 class GatePlan:
-    """A gate, the deciding test, and the number of trials after which the gate stays undecided."""
+    """A gate, the deciding test, and the number of trials after which the gate stays inconclusive."""
 
     gate: Gate
     test: SequentialTest

@@ -12,7 +12,7 @@ from validation.gates.sequential import Verdict
 
 
 def overall_verdict(outcomes: Sequence[GateOutcome]) -> Verdict:
-    """Return `fail` where any gate failed, else `inconclusive` where any is undecided, else `pass`."""
+    """Return `fail` where any gate failed, else `inconclusive` where any is open, else `pass`."""
     verdicts = {outcome.verdict for outcome in outcomes}
     worst: tuple[Verdict, ...] = ("fail", "inconclusive")
     return next((verdict for verdict in worst if verdict in verdicts), "pass")

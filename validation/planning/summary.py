@@ -109,13 +109,14 @@ def _staying(found: Plan) -> dict[str, float | None] | None:
 def limit_of(least: Limit) -> str:
     """Return the limit of tilts in a sentence."""
     within = f"within a roll of {least.tilts.roll_deg:g} and a pitch of {least.tilts.pitch_deg:g} degrees"
-    gap = f"duality gap {figure(100 * least.gap, 2)} %"
-    return f"the limit of any motion {within} in this time is {quantity(least.value, least.goal.unit)} ({gap})"
+    return (
+        f"the limit of any motion {within} in this time is {quantity(least.value, least.goal.unit)} ({least.gap_words})"
+    )
 
 
 def _staying_limit_of(least: Limit) -> str:
-    size, gap = quantity(least.value, least.goal.unit), figure(100 * least.gap, 2)
-    return f"the limit of a vehicle that tilts only by thrust and remains in place is {size} ({gap} %)"
+    size = quantity(least.value, least.goal.unit)
+    return f"the limit of a vehicle that tilts only by thrust and remains in place is {size} ({least.gap_words})"
 
 
 def limits(found: Plan) -> list[tuple[str, ...]]:

@@ -103,7 +103,7 @@ def test_the_page_and_the_markdown_say_what_to_do(out: Path) -> None:
     table = [line for line in text.splitlines() if line.startswith("| ")]
     assert len(table) == 6
     assert len({line.replace("\\|", "").count("|") for line in table}) == 1
-    assert "2 of 4 gates failed, 1 undecided" in text
+    assert "2 of 4 gates failed, 1 inconclusive" in text
     assert "more trials would decide" in text
     page = (out / "report.html").read_text()
     assert figures(page) == 4

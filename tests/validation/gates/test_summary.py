@@ -40,7 +40,7 @@ def told_by(*scores: float) -> Scripted:
 
 
 def test_the_worst_verdict_is_the_verdict_of_all(groups_of: Callable) -> None:  # type: ignore[type-arg]
-    """Fail before undecided before pass; none at all passes."""
+    """Fail before inconclusive before pass; none at all passes."""
     kept, broken = gate_text("a", limit=2.0), gate_text("b", limit=0.5)
     near = gate_text("c", score="failure", limit=0.5, quantile=0.9, max_trials=60)
     told = Scripted(lambda group, run: [row("ellipsoid", 1.0, *(("unobservable", "level") if run % 8 == 0 else ()))])

@@ -59,7 +59,7 @@ def test_the_headline_says_what_is_missed_and_what_trials_gave(found: Plan) -> N
     assert staying.staying_ratio == pytest.approx(1.5)
     assert "this plan has 1.5 times the limit" in headline(staying)
     assert "in place is" in headline(staying)
-    assert headline(staying).count("(1.2 %)") == 1
+    assert headline(staying).count("(duality gap 1.2 %)") == 1
     assert limits(staying)[1][2:] == ("1.5", "1.2")
     assert summary(staying, "")["limit"]["staying"]["ratio"] == pytest.approx(1.5)
 
