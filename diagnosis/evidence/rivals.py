@@ -53,17 +53,21 @@ def winning_rival(fit: CandidateFit, baseline: Baseline, beside: ColouredBaselin
     tried = [rival for rivals in tables for rival in rivals(baseline, fit.evidence.candidate)]
     groups = [*(beside.rows.bin(rival.columns) for rival in tried), fit.columns]
     *gains, own = in_sample_gains(beside.rows, beside.accepted_columns, groups, fit.hypothesis.noise_model)
-    won = [(0.0, "")]
-    for rival, gain in zip(tried, gains, strict=True):
-        if gain <= own + _lead(rival, gain, policy):  # in sample, a first look at a tenth of the price
-            continue
-        other = _fitted(rival.columns, fit, baseline, beside)
-        behind = other.gain < fit.gain + _lead(rival, other.gain, policy)
-        if behind or (rival.own_ways and _of_one_course(other) > policy.one_cause):
-            continue
-        if beside.remaining_share(fit, other) < policy.half:
-            won.append((other.gain, rival.words))
-    return max(won)[1]
+    # in sample, a first look at a tenth of the price
+    likely = [rival for rival, gain in zip(tried, gains, strict=True) if gain > own + _lead(rival, gain, policy)]
+    fitted = [(rival, _fitted(rival.columns, fit, baseline, beside)) for rival in likely]
+    won = [(other.gain, rival.words) for rival, other in fitted if _wins(rival, other, fit, beside)]
+    return max(won, default=(0.0, ""))[1]
+
+
+def _wins(rival: Rival, other: CandidateFit, fit: CandidateFit, beside: ColouredBaseline) -> bool:
+    """Whether a fitted rival leads a candidate and leaves the candidate no use."""
+    policy = beside.rows.policy
+    if other.gain < fit.gain + _lead(rival, other.gain, policy):
+        return False
+    if rival.own_ways and _of_one_course(other) > policy.one_cause:
+        return False
+    return beside.remaining_share(fit, other) < policy.half
 
 
 def _lead(rival: Rival, gain: float, policy: Policy) -> float:
