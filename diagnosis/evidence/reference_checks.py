@@ -8,7 +8,7 @@ import numpy as np
 
 from diagnosis.policy import Policy
 from diagnosis.problem.formulation import pose_again
-from diagnosis.problem.level import Level
+from diagnosis.problem.given_field import Level
 from diagnosis.problem.linear import LinearProblem, ReferenceCorrection, sample_noise
 from scenarios.arrays import Array
 from sim.rotation import to_body

@@ -7,17 +7,20 @@ from dataclasses import dataclass
 import numpy as np
 
 from diagnosis.policy import Policy
-from diagnosis.problem.level import Dip, dip_rad, upright
+from diagnosis.problem.given_field import Dip
 from scenarios.arrays import Array
 
 MOST_STEPS, SETTLED = 60, 1e-9
-"""Steps at most, and relative change of the cost that ends them; also the size negligible beside the field."""
+"""Steps at most, and relative change of the cost that ends them: ahead of the valleys that a motion hardly determines.
+"""
 FIRST_DAMPING, DAMPING_FACTOR = 1e-3, 5.0
 """Damping of the Levenberg-Marquardt steps."""
 ROUNDS = 3
 """Number of updates of the residual's colour and of the outliers."""
 LEAST_NOISE = 1e-6
 """Least noise over the field: with less, nothing is left of the prior in the sums of squares."""
+LEAST_LEVEL = 1e-6
+"""Horizontal part of a unit direction below which the direction counts as vertical."""
 DIP_ERROR_RAD = 0.02
 """Standard deviation of a given field's dip: a prior."""
 
@@ -48,17 +51,18 @@ def fit_iron(measured_nT: Array, strength_nT: Array, time_s: Array, policy: Poli
 
     ``min sum (|h| - F)^2 / v + F^2 (dip(h) - I - c)^2 / w + prior``, ``h = M (m - o)``, c a constant error of the given
     dip. Without a dip M is symmetric: the strength shows no turn. v and w are the power of a residual times its colour
-    over means of `block_s` and more, so that a slow disturbance does not bend axes that the motion hardly
-    determines. In unobservable directions the prior holds, M = 1 and o = 0.
+    over means of `block_s` and more, so that a slow disturbance does not bend axes that the motion hardly determines.
+    In unobservable directions the prior holds, M = 1 and o = 0.
     """
     unit, middle_nT = unit_of(measured_nT, strength_nT, policy)
-    task = IronFit(measured_nT * (unit / middle_nT), strength_nT / middle_nT, policy, dip)
-    theta, block = task.prior_mean, max(1, round(policy.block_s / float(np.median(np.diff(time_s)))))
+    y, F, p = measured_nT * (unit / middle_nT), strength_nT / middle_nT, 12 if dip is None else 13
+    mean = np.r_[np.eye(3).ravel(), np.zeros(4)][:p]
+    std = np.repeat([policy.matrix_prior, policy.offset_prior, DIP_ERROR_RAD], [9, 3, 1])[:p]
+    theta, block = mean, max(1, round(policy.block_s / float(np.median(np.diff(time_s)))))
     for _ in range(ROUNDS):
-        residual = task.residual(theta)
-        use = np.column_stack([_near(np.abs(column), policy) for column in residual.T])
-        power = [_power(column[near > 0], block, policy) for column, near in zip(residual.T, use.T, strict=True)]
-        theta = _minimum(theta, task, use / np.array(power))
+        off = deviations(theta, y, F, dip)[0]
+        weight = np.column_stack([_weight(column, block, policy) for column in off.T])
+        theta = IronFit(y, F, dip, weight, mean, std).minimum(theta)
     matrix = theta[:9].reshape(3, 3)
     if dip is None:
         _, size, axes = np.linalg.svd(matrix)
@@ -74,90 +78,95 @@ def unit_of(measured_nT: Array, strength_nT: Array, policy: Policy) -> tuple[flo
 
 @dataclass(frozen=True, eq=False)
 class IronFit:
-    """Residuals ``|h| - F`` and ``F (dip(h) - I - c)`` of ``h = M (y - o)``, in units of the field's strength.
-
-    Parameters theta (p,): nine elements of M, three of o, and c where a dip is known; Gaussian prior.
-    """
+    """The sum of squares of `deviations` with weights (n, q), and of a prior with mean and std (p,)."""
 
     y: Array
     F: Array
-    policy: Policy
-    dip: Dip | None = None
+    dip: Dip | None
+    weight: Array
+    mean: Array
+    std: Array
 
-    @property
-    def prior_mean(self) -> Array:
-        """Unit matrix, no offset, no dip error."""
-        return np.concatenate([np.eye(3).ravel(), np.zeros(3 if self.dip is None else 4)])
+    def normal(self, theta: Array) -> tuple[float, Array, Array]:
+        """Cost at parameters (p,), and normal equations: slope (p,) and square (p, p)."""
+        off, J = deviations(theta, self.y, self.F, self.dip)
+        weighted = (J * self.weight[:, :, None]).reshape(-1, len(theta))
+        from_mean = (theta - self.mean) / self.std
+        cost = float((self.weight * off**2).sum() + from_mean @ from_mean)
+        square = weighted.T @ J.reshape(weighted.shape) + np.diag(self.std**-2.0)
+        return cost, weighted.T @ off.ravel() + from_mean / self.std, square
 
-    @property
-    def prior_std(self) -> Array:
-        """Standard deviations (p,) of the parameters."""
-        of_each = np.repeat([self.policy.matrix_prior, self.policy.offset_prior, DIP_ERROR_RAD], [9, 3, 1])
-        return of_each[: len(self.prior_mean)]
-
-    def residual(self, theta: Array) -> Array:
-        """Residuals (n, q)."""
-        h = (self.y - theta[9:12]) @ theta[:9].reshape(3, 3).T
-        off = np.linalg.norm(h, axis=1) - self.F
-        if self.dip is None:
-            return np.asarray(off[:, None])
-        return np.column_stack([off, self.F * (dip_rad(h, self.dip.down) - self.dip.given_rad - theta[12])])
-
-    def jacobian(self, theta: Array) -> Array:
-        """Derivatives (n, q, p) of the residuals."""
-        matrix, from_offset = theta[:9].reshape(3, 3), self.y - theta[9:12]
-        h = from_offset @ matrix.T
-        size = np.maximum(np.linalg.norm(h, axis=1, keepdims=True), SETTLED)
-        along = (h / size)[:, None]
-        if self.dip is not None:
-            rising = upright(h / size, self.dip.down) * (self.F[:, None] / size)
-            along = np.concatenate([along, rising[:, None]], axis=1)
-        elements = (along[:, :, :, None] * from_offset[:, None, None, :]).reshape(*along.shape[:2], 9)
-        slopes = np.concatenate([elements, -along @ matrix, np.zeros((*along.shape[:2], len(theta) - 12))], axis=2)
-        slopes[:, 1:, 12:] = -self.F[:, None, None]
-        return slopes
+    def minimum(self, theta: Array) -> Array:
+        """Parameters (p,) of least cost by Levenberg-Marquardt steps."""
+        damping, (now, slope, square) = FIRST_DAMPING, self.normal(theta)
+        for _ in range(MOST_STEPS):
+            further = theta - np.linalg.solve(square + damping * np.diag(np.diag(square)), slope)
+            then, *equations = self.normal(further)
+            if then > now:
+                damping *= DAMPING_FACTOR
+                continue
+            settled = now - then < SETTLED * now
+            theta, now, (slope, square), damping = further, then, equations, damping / DAMPING_FACTOR
+            if settled:
+                break
+        return theta
 
 
-def _near(off: Array, policy: Policy) -> Array:
-    """1 for samples (n,) without outliers; 1 for all samples where outliers are too many."""
-    far = off > policy.never_sigma * max(float(np.median(off)), SETTLED)
-    return np.ones(len(off)) - far * float(far.mean() < policy.fair_share)
+def deviations(theta: Array, y: Array, F: Array, dip: Dip | None) -> tuple[Array, Array]:
+    """``|h| - F`` and ``F (dip(h) - I - c)`` of ``h = M (y - o)``, in units of the field: (n, q), and slopes (n, q, p).
+
+    Parameters theta (p,): nine elements of M, three of o, and c where a dip is known.
+    """
+    matrix, from_offset = theta[:9].reshape(3, 3), y - theta[9:12]
+    h = from_offset @ matrix.T
+    along, off = compared(h, F[:, None], dip)
+    slopes = np.zeros((*off.shape, len(theta)))
+    if dip is not None:
+        off[:, 1] -= F * theta[12]
+        along[:, 1] *= (F / np.linalg.norm(h, axis=1))[:, None]
+        slopes[:, 1, 12] = -F
+    slopes[:, :, :9] = (along[:, :, :, None] * from_offset[:, None, None, :]).reshape(*off.shape, 9)
+    slopes[:, :, 9:12] = -along @ matrix
+    return off, slopes
 
 
-def _power(residual: Array, block: int, policy: Policy) -> float:
-    """Power of a residual (n,), times the largest excess of its block means over white noise."""
+def compared(field: Array, F: Array, dip: Dip | None) -> tuple[Array, Array]:
+    """Directions (n, q, 3) of strength and dip of a field (n, 3), and their deviations (n, q) from those given.
+
+    F (n, 1): strength in the field's unit; the dip's deviation is an angle times the strength.
+    """
+    size = np.linalg.norm(field, axis=1, keepdims=True)
+    direction = field / np.maximum(size, LEAST_LEVEL * F)
+    if dip is None:
+        return direction[:, None], size - F
+    off = np.column_stack([size - F, F[:, 0] * (dip_rad(field, dip.down) - dip.given_rad)])
+    return np.stack([direction, upright(direction, dip.down)], axis=1), off
+
+
+def dip_rad(field: Array, down: Array) -> Array:
+    """Angle (n,) of fields (n, 3) below the horizontal, with unit vectors down (n, 3)."""
+    along = np.einsum("ni,ni->n", field, down)
+    return np.asarray(np.arctan2(along, np.linalg.norm(field - along[:, None] * down, axis=1)))
+
+
+def upright(direction: Array, down: Array) -> Array:
+    """Unit vectors (n, 3) of increasing dip: across directions (n, 3), in the vertical plane, towards down."""
+    across = down - np.einsum("ni,ni->n", direction, down)[:, None] * direction
+    return np.asarray(across / np.maximum(np.linalg.norm(across, axis=1, keepdims=True), LEAST_LEVEL))
+
+
+def _weight(off: Array, block: int, policy: Policy) -> Array:
+    """Weights (n,) of deviations (n,): 0 for outliers unless they are too many, else 1 over the power and its colour.
+
+    The colour is the largest excess of block means over white noise.
+    """
+    size = np.abs(off)
+    far = size > policy.never_sigma * max(float(np.median(size)), 1e-9)
+    near = np.ones(len(off)) - far * float(far.mean() < policy.fair_share)
+    residual, excess = off[near > 0], 1.0
     power = max(float((residual**2).mean()), LEAST_NOISE**2)
-    excess = 1.0
-    for several in policy.colour_blocks:
-        length = several * block
+    for length in (several * block for several in policy.colour_blocks):
         means = residual[: len(residual) // length * length].reshape(-1, length).mean(axis=1)
         if len(means) >= policy.least_colour_means:
             excess = max(excess, float((means**2).mean()) * length / power)
-    return power * excess
-
-
-def _minimum(theta: Array, task: IronFit, weight: Array) -> Array:
-    """Parameters of least cost by Levenberg-Marquardt steps; weight (n, q) of each squared residual."""
-    mean, std = task.prior_mean, task.prior_std
-
-    def cost(residual: Array, at: Array) -> float:
-        return float((weight * residual**2).sum() + (((at - mean) / std) ** 2).sum())
-
-    residual = task.residual(theta)
-    damping, now = FIRST_DAMPING, cost(residual, theta)
-    for _ in range(MOST_STEPS):
-        J = task.jacobian(theta)
-        weighted = (J * weight[:, :, None]).reshape(-1, len(theta))
-        normal = weighted.T @ J.reshape(-1, len(theta)) + np.diag(std**-2.0)
-        downhill = weighted.T @ residual.ravel() + (theta - mean) / std**2
-        step = np.linalg.solve(normal + damping * np.diag(np.diag(normal)), downhill)
-        moved = task.residual(theta - step)
-        then = cost(moved, theta - step)
-        if then > now:
-            damping *= DAMPING_FACTOR
-        else:
-            settled = now - then < SETTLED * now
-            theta, residual, now, damping = theta - step, moved, then, damping / DAMPING_FACTOR
-            if settled:
-                break
-    return theta
+    return np.asarray(near / (power * excess))

@@ -13,8 +13,7 @@ from scipy.integrate import cumulative_trapezoid
 
 from calib.numerics.noise import SECOND, clipped_mean, white_noise_std
 from diagnosis.policy import STANDARD, Policy
-from diagnosis.problem.level import Level
-from diagnosis.problem.track import FieldTrack
+from diagnosis.problem.given_field import FieldTrack, Level
 from recordings import Recording
 from scenarios.arrays import Array
 from sim.effects import EFFECTS

@@ -10,8 +10,8 @@ from scipy.interpolate import CubicSpline
 
 from calib.numerics.rates import body_rate, smoothed_derivative
 from diagnosis.policy import Policy
+from diagnosis.problem.given_field import FieldTrack
 from diagnosis.problem.linear import repeated, sample_noise
-from diagnosis.problem.track import FieldTrack
 from recordings import Recording
 from recordings.assemble import scalars_of
 from recordings.channels import current_name

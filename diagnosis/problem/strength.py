@@ -9,13 +9,12 @@ import numpy as np
 
 from calib.numerics.rates import body_rate
 from diagnosis.policy import Policy
-from diagnosis.problem.iron_fit import fit_iron
-from diagnosis.problem.level import LEAST_LEVEL, Dip, Level, dip_rad, upright
+from diagnosis.problem.given_field import Dip, FieldTrack, Level
+from diagnosis.problem.iron_fit import LEAST_LEVEL, compared, fit_iron
 from diagnosis.problem.linear import LinearProblem, noise_of_neighbours
 from diagnosis.problem.model_effects import pose_without_model_effects
 from diagnosis.problem.motion import measured, state_of
 from diagnosis.problem.sensors import measured_strength
-from diagnosis.problem.track import FieldTrack
 from recordings import Recording
 from scenarios.arrays import Array
 from sim.effects.base import Effect
@@ -63,7 +62,8 @@ def _posed(
     """
     mag_nT = recording.mag_nT - known_nT
     iron = fit_iron(mag_nT, F_nT[:, 0], recording.time_s, policy, dip)
-    output_axes, off_nT = _compared(iron.field_nT(mag_nT), F_nT, dip)
+    output_axes, off_nT = compared(iron.field_nT(mag_nT), F_nT, dip)
+    off_nT[:, 1:] -= F_nT * np.median(off_nT[:, 1:] / F_nT, axis=0)  # the dip is known but for a constant
     each = [noise_of_neighbours(off[:, None], recording.mag_nT, recording.time_s, policy) for off in off_nT.T]
     sigma, field_nT = np.concatenate(each), output_axes[:, 0] * F_nT
     residual = off_nT + np.einsum("nqi,ni->nq", output_axes, (recording.mag_nT - mag_nT) @ iron.matrix.T)
@@ -85,17 +85,6 @@ def _posed(
         policy=policy,
         output_axes=output_axes,
     )
-
-
-def _compared(field_nT: Array, F_nT: Array, dip: Dip | None) -> tuple[Array, Array]:
-    """Directions (n, q, 3) of strength and dip of a field (n, 3), and their residuals (n, q) in nT."""
-    size = np.linalg.norm(field_nT, axis=1, keepdims=True)
-    direction = field_nT / size
-    if dip is None:
-        return direction[:, None], np.asarray(size - F_nT)
-    off_rad = dip_rad(field_nT, dip.down) - dip.given_rad
-    dip_nT = F_nT[:, 0] * (off_rad - np.median(off_rad))
-    return np.stack([direction, upright(direction, dip.down)], axis=1), np.column_stack([size - F_nT, dip_nT])
 
 
 def strength_columns(direction: Array) -> Array:

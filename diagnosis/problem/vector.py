@@ -8,10 +8,10 @@ import numpy as np
 
 from calib.numerics.rates import body_rate, smoothed_derivative
 from diagnosis.policy import Policy
+from diagnosis.problem.given_field import FieldTrack
 from diagnosis.problem.linear import LinearProblem, held, noise_of_neighbours, sample_noise
 from diagnosis.problem.model_effects import beyond_iron_nT, fitted_iron, pose_without_model_effects
 from diagnosis.problem.motion import measured, motion_of, state_of
-from diagnosis.problem.track import FieldTrack
 from recordings import Recording
 from recordings.channels import REFERENCE
 from scenarios.arrays import Array

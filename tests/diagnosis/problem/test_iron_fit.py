@@ -8,8 +8,8 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation
 
 from diagnosis.policy import STANDARD
-from diagnosis.problem.iron_fit import IronFit, fit_iron, unit_of
-from diagnosis.problem.level import Dip
+from diagnosis.problem.given_field import Dip
+from diagnosis.problem.iron_fit import deviations, fit_iron, unit_of
 from diagnosis.problem.vector import robust_fit
 from scenarios.arrays import Array
 
@@ -128,11 +128,11 @@ def test_slopes_are_those_of_small_differences(by_dip: bool) -> None:
     y, down = rng.normal(size=(20, 3)), rng.normal(size=(20, 3))
     down /= np.linalg.norm(down, axis=1, keepdims=True)
     dip = Dip(down, rng.uniform(-1, 1, 20)) if by_dip else None
-    task = IronFit(y, rng.uniform(0.9, 1.1, 20), STANDARD, dip)
-    p = len(task.prior_mean)
-    theta = task.prior_mean + 0.1 * rng.normal(size=p)
-    differences = [(task.residual(theta + one) - task.residual(theta - one)) / 2e-6 for one in 1e-6 * np.eye(p)]
-    assert np.allclose(task.jacobian(theta), np.stack(differences, axis=2), atol=1e-7)
+    F, p = rng.uniform(0.9, 1.1, 20), 13 if by_dip else 12
+    theta = np.r_[np.eye(3).ravel(), np.zeros(4)][:p] + 0.1 * rng.normal(size=p)
+    either = ([deviations(theta + sign * one, y, F, dip)[0] for one in 1e-6 * np.eye(p)] for sign in (1, -1))
+    differences = [(above - below) / 2e-6 for above, below in zip(*either, strict=True)]
+    assert np.allclose(deviations(theta, y, F, dip)[1], np.stack(differences, axis=2), atol=1e-7)
 
 
 @pytest.mark.parametrize(("share", "left_out"), [(0.15, True), (0.25, False)])

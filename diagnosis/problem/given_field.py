@@ -1,14 +1,16 @@
-"""Change of the Earth's field along a track, from latitude, longitude and altitude as recorded."""
+"""The given field along a recording: its change along a track, and its dip about a level from roll and pitch alone."""
 
 from __future__ import annotations
 
 import datetime
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
+from diagnosis.policy import Policy
 from recordings import Recording
 from recordings.channels import ALTITUDE, LATITUDE, LONGITUDE
 from scenarios.arrays import Array
@@ -43,19 +45,23 @@ class FieldTrack:
         if given by place: the field of a balloon falls by some 20 nT in a kilometre. The middle is then the field's own
         place. Raises InputError for values that are no place.
         """
-        stated = _stated_place(field)
-        places = _places(recording, stated)
+        places, middle = _places(recording, field)
         known = np.flatnonzero(np.isfinite(places).all(axis=1))
         if not len(known):
             return None
         _check(places, known)
+        if middle is None:
+            middle = places[known[len(known) // 2]]
         nodes = known[np.unique(np.linspace(0, len(known) - 1, NODES).astype(int))]
-        middle = places[known[len(known) // 2]] if stated is None or _has_place(recording) else stated
-        date = None if field is None else field.date
-        here, *at = earth_field_along(np.vstack([middle, places[nodes]]), date or ANY_DATE)
-        strength = np.linalg.norm(at, axis=1) - np.linalg.norm(here)
-        change = _between(recording.time_s, nodes, np.column_stack([np.array(at) - here, strength]))
-        latitude, longitude, altitude = (float(value) for value in middle)
+        date = ANY_DATE if field is None or field.date is None else field.date
+        here, *there = earth_field_along(np.vstack([middle, places[nodes]]), date)
+        strength = np.linalg.norm(there, axis=1) - np.linalg.norm(here)
+        changes, at_s = np.column_stack([np.array(there) - here, strength]), recording.time_s[nodes]
+        if len(nodes) == 1:
+            changes, at_s = np.repeat(changes, 2, axis=0), at_s + np.arange(2.0)
+        # a cubic without overshoot, constant outside
+        change = PchipInterpolator(at_s, changes)(np.clip(recording.time_s, at_s[0], at_s[-1]))
+        latitude, longitude, altitude = map(float, middle)
         return cls((latitude, longitude, altitude), change[:, :3], change[:, 3])
 
     def at(self, samples: NDArray[np.bool_]) -> FieldTrack:
@@ -67,33 +73,15 @@ class FieldTrack:
         return np.asarray(earth_field_along(np.array([self.middle]), given.date or ANY_DATE)[0])
 
 
-def _has_place(recording: Recording) -> bool:
-    return LATITUDE in recording.channels and LONGITUDE in recording.channels
-
-
-def _stated_place(field: FieldSpec | None) -> Array | None:
-    """Latitude, longitude and altitude (3,) of a field given by place."""
-    if field is None or field.latitude_deg is None or field.longitude_deg is None:
-        return None
-    return np.array([field.latitude_deg, field.longitude_deg, field.altitude_m])
-
-
-def _places(recording: Recording, stated: Array | None) -> Array:
-    """Latitude, longitude and altitude (n, 3), NaN where unknown; a stated place takes the recorded altitude."""
+def _places(recording: Recording, field: FieldSpec | None) -> tuple[Array, Array | None]:
+    """Latitude, longitude and altitude (n, 3), NaN where unknown; the field's own place (3,) where used."""
     there, n = recording.channels, len(recording)
-    if _has_place(recording):
-        return np.column_stack([there[LATITUDE], there[LONGITUDE], there.get(ALTITUDE, np.zeros(n))])
-    if stated is None or ALTITUDE not in there:
-        return np.full((n, 3), np.nan)
-    return np.column_stack([np.full((n, 2), stated[:2]), there[ALTITUDE]])
-
-
-def _between(time_s: Array, nodes: NDArray[np.intp], values: Array) -> Array:
-    """Values (m, k) at nodes (m,) interpolated to all times (n,): a cubic without overshoot, constant outside."""
-    at = time_s[nodes]
-    if len(nodes) == 1:
-        return np.repeat(values, len(time_s), axis=0)
-    return np.asarray(PchipInterpolator(at, values)(np.clip(time_s, at[0], at[-1])))
+    if LATITUDE in there and LONGITUDE in there:
+        return np.column_stack([there[LATITUDE], there[LONGITUDE], there.get(ALTITUDE, np.zeros(n))]), None
+    if field is None or field.latitude_deg is None or field.longitude_deg is None or ALTITUDE not in there:
+        return np.full((n, 3), np.nan), None
+    own = np.array([field.latitude_deg, field.longitude_deg, field.altitude_m])
+    return np.column_stack([np.full((n, 2), own[:2]), there[ALTITUDE]]), own
 
 
 def _check(places: Array, known: NDArray[np.intp]) -> None:
@@ -104,3 +92,33 @@ def _check(places: Array, known: NDArray[np.intp]) -> None:
         if wrong.any():
             what = f"{name} {values[wrong][0]:g} in row {known[np.argmax(wrong)]} is not between {a:g} and {b:g}"
             raise InputError(what, where="recording", do="leave rows without a place empty, or rename the column")
+
+
+class Dip(NamedTuple):
+    """Unit vectors down (n, 3), and the given dip (n,) of the field in rad."""
+
+    down: Array
+    given_rad: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Level:
+    """Unit vectors down (n, 3) in the body frame, and the given field (3,) east, north, up in nT."""
+
+    down: Array
+    field_enu_nT: Array
+
+    @classmethod
+    def of(cls, R_wb: Array, field_enu_nT: Array, policy: Policy) -> Level | None:
+        """Down vectors from attitudes (n, 3, 3), independent of the heading; None for a nearly vertical field."""
+        level_nT, size_nT = np.hypot(*field_enu_nT[:2]), np.linalg.norm(field_enu_nT)
+        return cls(-R_wb[:, 2], field_enu_nT) if level_nT > policy.trace * size_nT else None
+
+    def dip(self, track: FieldTrack | None) -> Dip:
+        """The dip of the given field, including its change along a track."""
+        field = self.field_enu_nT + (np.zeros((len(self.down), 3)) if track is None else track.change_enu_nT)
+        return Dip(self.down, np.arctan2(-field[:, 2], np.hypot(field[:, 0], field[:, 1])))
+
+    def at(self, samples: NDArray[np.bool_]) -> Level:
+        """The level at selected samples."""
+        return replace(self, down=self.down[samples])
