@@ -74,16 +74,6 @@ class Candidate:
         """Whether the effect can begin and end: no natural field, no course of the whole run."""
         return self.effect.stage != "field" and not self.effect.traits.whole_run
 
-    @property
-    def settings(self) -> tuple[dict[str, Any], ...]:
-        """Nonlinear parameters of each group of columns: a single group, or two phases a quarter period apart."""
-        given = dict(self.nonlinear)
-        if self.effect.tangents:
-            return tuple({**given, name: value} for name, values in self.effect.tangents.items() for value in values)
-        if self.phase:
-            return ({**given, self.phase: 0.0}, {**given, self.phase: 90.0})
-        return (given,)
-
     def at(self, values: dict[str, Any], tried: int = 0) -> Candidate:
         """The candidate at new nonlinear parameters; `tried`: number of settings compared, 0: unchanged."""
         return replace(self, nonlinear=tuple((dict(self.nonlinear) | values).items()), tried=tried or self.tried)
@@ -118,11 +108,14 @@ class Candidate:
         return as_iron_sees(self._contribution(state, read_nT), read_nT, iron_nT)
 
     def _contribution(self, state: State, signal: Array) -> Array:
+        """Columns (n, 3, k): of the linear parameters, at two phases a quarter period apart, or of small tangents."""
+        given, phases = dict(self.nonlinear), [{self.phase: 0.0}, {self.phase: 90.0}] if self.phase else [{}]
         if self.effect.linear:
-            plain = [self.effect.basis(state, signal, (PLAIN,), **values) for values in self.settings]
-            fuller = [self.effect.basis(state, signal, self.forms, **self.settings[0])] if self.forms else []
+            plain = [self.effect.basis(state, signal, (PLAIN,), **{**given, **phase}) for phase in phases]
+            fuller = [self.effect.basis(state, signal, self.forms, **{**given, **phases[0]})] if self.forms else []
             return np.concatenate([*map(self.seen, plain), *fuller], axis=2)
-        effects, rng = (self.effect(**values) for values in self.settings), np.random.default_rng(0)
+        small = [{name: value} for name, values in self.effect.tangents.items() for value in values] or [{}]
+        effects, rng = (self.effect(**{**given, **values}) for values in small), np.random.default_rng(0)
         return np.stack([effect.contribution(state, signal, rng, {}) for effect in effects], axis=2)
 
     def seen(self, axes: Array) -> Array:

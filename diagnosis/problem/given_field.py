@@ -33,7 +33,7 @@ class FieldTrack:
     change_enu_nT (n, 3): of the vector; change_nT (n,): of its strength.
     """
 
-    middle: tuple[float, float, float]
+    middle: tuple[float, ...]
     change_enu_nT: Array
     change_nT: Array
 
@@ -50,8 +50,7 @@ class FieldTrack:
         if not len(known):
             return None
         _check(places, known)
-        if middle is None:
-            middle = places[known[len(known) // 2]]
+        middle = places[known[len(known) // 2]] if middle is None else middle
         nodes = known[np.unique(np.linspace(0, len(known) - 1, NODES).astype(int))]
         date = ANY_DATE if field is None or field.date is None else field.date
         here, *there = earth_field_along(np.vstack([middle, places[nodes]]), date)
@@ -61,8 +60,7 @@ class FieldTrack:
             changes, at_s = np.repeat(changes, 2, axis=0), at_s + np.arange(2.0)
         # a cubic without overshoot, constant outside
         change = PchipInterpolator(at_s, changes)(np.clip(recording.time_s, at_s[0], at_s[-1]))
-        latitude, longitude, altitude = map(float, middle)
-        return cls((latitude, longitude, altitude), change[:, :3], change[:, 3])
+        return cls(tuple(map(float, middle)), change[:, :3], change[:, 3])
 
     def at(self, samples: NDArray[np.bool_]) -> FieldTrack:
         """The track at selected samples."""

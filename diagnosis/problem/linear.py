@@ -106,9 +106,7 @@ class LinearProblem:
     @property
     def outputs(self) -> tuple[str, ...]:
         """Names of the compared outputs."""
-        if self.output_axes is None:
-            return ("x", "y", "z")
-        return ("strength", "dip")[: self.output_axes.shape[1]]
+        return ("x", "y", "z") if self.output_axes is None else ("strength", "dip")[: self.output_axes.shape[1]]
 
     @property
     def compared(self) -> str:

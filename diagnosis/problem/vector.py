@@ -86,7 +86,7 @@ def relative_problem(
     own = {name: x for name, x in recording.channels.items() if name not in REFERENCE}
     seen = replace(bare, channels=own, gyro_rad_s=body_rate(recording))
     kept = tuple(effect for effect in without_iron(effects) if not UNSEEN & set(effect.needs))
-    state = _reference_state(seen, reference_nT @ _reference_turn(reference_nT, recording.mag_nT, policy).T)
+    state = _reference_state(seen, reference_nT, policy)
     predicted_nT, _ = apply_deterministic(kept, state)
     problem = _about_iron(seen, state, predicted_nT, policy)
     return replace(problem, recording=bare, effects=kept, predicted_nT=predicted_nT, relative=True)
@@ -181,27 +181,20 @@ def robust_fit(base: Array, mag_nT: Array, policy: Policy) -> Array:
     return np.asarray(beta)
 
 
-def _reference_turn(reference_nT: Array, mag_nT: Array, policy: Policy) -> Array:
-    """Matrix A (3, 3) from the reference's axes and scale to the sensor's, with a prior about one (`matrix_prior`).
+def _reference_state(seen: Recording, reference_nT: Array, policy: Policy) -> State:
+    """State with a reference r (n, 3), in the axes and scale of the sensor m, as the field.
 
-    Directions in which the motion shows only noise keep the prior.
+    ``A r`` with A (3, 3) near one by `matrix_prior`, which directions keep in which the motion shows only noise. The
+    field's rate is ``-w x (A r - o)``, o by least squares: an offset does not turn with the field.
     """
-    r, m = (values - values.mean(axis=0) for values in (reference_nT, mag_nT))
+    r, m = (values - values.mean(axis=0) for values in (reference_nT, seen.mag_nT))
     prior = np.eye(3) * float((sample_noise(m) ** 2).mean()) / policy.matrix_prior**2
-    return np.asarray(np.linalg.solve(r.T @ r + prior, r.T @ m + prior).T)
-
-
-def _reference_state(seen: Recording, reference_nT: Array) -> State:
-    """State with a reference r (n, 3) as the field, its rate without the offset o that does not turn with the field.
-
-    ``dr/dt = -w x (r - o)``, least squares.
-    """
+    field_nT = reference_nT @ np.linalg.solve(r.T @ r + prior, r.T @ m + prior)
     rate, rate_nT_s = seen.gyro_rad_s, None
     if rate is not None:
         axes = [cross(rate, np.tile(axis, (len(rate), 1))) for axis in np.eye(3)]
-        turned = smoothed_derivative(reference_nT, seen.time_s) + cross(rate, reference_nT)
-        columns = np.stack(axes, axis=2).reshape(-1, 3)
-        offset_nT = np.linalg.lstsq(columns, turned.ravel(), rcond=1e-6)[0]
-        rate_nT_s = -cross(rate, reference_nT - offset_nT)
-    field_enu_nT = np.array([0.0, float(np.median(np.linalg.norm(reference_nT, axis=1))), 0.0])
-    return state_of(seen, field_enu_nT, reference_nT, rate, rate_nT_s)
+        turned = smoothed_derivative(field_nT, seen.time_s) + cross(rate, field_nT)
+        offset_nT = np.linalg.lstsq(np.stack(axes, axis=2).reshape(-1, 3), turned.ravel(), rcond=1e-6)[0]
+        rate_nT_s = -cross(rate, field_nT - offset_nT)
+    field_enu_nT = np.array([0.0, float(np.median(np.linalg.norm(field_nT, axis=1))), 0.0])
+    return state_of(seen, field_enu_nT, field_nT, rate, rate_nT_s)
