@@ -64,8 +64,7 @@ def _posed(
     iron = fit_iron(mag_nT, F_nT[:, 0], recording.time_s, policy, dip)
     output_axes, off_nT = compared(iron.field_nT(mag_nT), F_nT, dip)
     off_nT[:, 1:] -= F_nT * np.median(off_nT[:, 1:] / F_nT, axis=0)  # the dip is known but for a constant
-    each = [noise_of_neighbours(off[:, None], recording.mag_nT, recording.time_s, policy) for off in off_nT.T]
-    sigma, field_nT = np.concatenate(each), output_axes[:, 0] * F_nT
+    sigma, field_nT = _noise_nT(off_nT, recording, policy), output_axes[:, 0] * F_nT
     residual = off_nT + np.einsum("nqi,ni->nq", output_axes, (recording.mag_nT - mag_nT) @ iron.matrix.T)
     state = state_of(recording, middle_nT, field_nT, body_rate(recording), R_wb=_attitude(field_nT, middle_nT, dip))
     clean_nT = iron.measured_nT(field_nT)
@@ -85,6 +84,12 @@ def _posed(
         policy=policy,
         output_axes=output_axes,
     )
+
+
+def _noise_nT(off_nT: Array, recording: Recording, policy: Policy) -> Array:
+    """Noise of a sample (q,) of each deviation (n, q)."""
+    each = (noise_of_neighbours(off[:, None], recording.mag_nT, recording.time_s, policy) for off in off_nT.T)
+    return np.concatenate(list(each))
 
 
 def strength_columns(direction: Array) -> Array:
