@@ -6,6 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
+from scipy.spatial.transform import Rotation
 
 from diagnosis.decision.coloured_choice import (
     NO_GAIN_ALONG_FIELD,
@@ -21,6 +23,8 @@ from diagnosis.evidence.candidate_test import CandidateFit, ColouredBaseline
 from diagnosis.evidence.held_out import rank_candidates
 from diagnosis.library.candidates import propose_candidates
 from diagnosis.policy import STANDARD
+from diagnosis.problem.linear import LinearProblem
+from scenarios.arrays import Array
 from sim.effects import EFFECTS
 from tests.diagnosis.synthetic import problem, recording
 from tests.nightly import first_daily
@@ -97,3 +101,33 @@ def test_a_first_look_counts_what_is_gained_between_the_samples_of_a_row() -> No
     (ripple,) = rank_candidates(start, {"current_ripple": propose_candidates(start.problem)["current_ripple"]})
     ((fit,), _) = screen([ripple], ColouredBaseline.of(start.problem, ()), start, start)
     assert fit.within > 0.9 * fit.gain > 100
+
+
+def test_a_turn_of_the_field_by_what_is_left_out_is_no_loop() -> None:
+    """An eddy current turns the field and has next to no part along it; a loop would have one."""
+    quiet = recording(2000)
+    eddies_s = 0.02 * np.array([[1.0, 0.3, -0.2], [0.0, 0.6, 0.2], [0.1, 0.0, 0.8]])
+    posed = problem(replace(quiet, mag_nT=quiet.mag_nT + problem(quiet).state.field_rate_nT_s @ eddies_s.T))
+    late = frozenset(effect.name for effect in EFFECTS if effect.traits.family)
+    assert select(posed, late).accepted == ()
+
+
+def _misturned(error_deg: Array) -> LinearProblem:
+    """A recording whose attitude errs by a rotation vector (n, 3) of the Earth's axes."""
+    given = recording(len(error_deg))
+    true = Rotation.from_quat(given.att_q, scalar_first=True)
+    logged = Rotation.from_rotvec(np.radians(error_deg)) * true
+    return problem(replace(given, att_q=logged.as_quat(scalar_first=True)))
+
+
+def test_a_field_that_does_what_an_attitude_that_grows_wrong_does_lists_the_attitude() -> None:
+    ramp = np.linspace(0.0, 0.005, 2000)[:, None] * np.array([0.3, 0.5, 1.0])
+    (one,) = select(_misturned(ramp)).accepted
+    assert "attitude_misalignment" in (one.name, *one.alternatives)
+
+
+@pytest.mark.parametrize("seed", [6, 7])
+def test_the_mean_of_an_attitude_that_wanders_is_no_constant_turn_and_no_error_of_the_field(seed: int) -> None:
+    kicks = np.random.default_rng(seed).normal(size=(2000, 3)) * np.sqrt(2 / 3000)
+    wander = lfilter([1.0], [1.0, -np.exp(-1 / 3000)], kicks, axis=0)
+    assert select(_misturned(0.05 * wander)).accepted == ()
