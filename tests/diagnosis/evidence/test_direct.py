@@ -12,7 +12,6 @@ from scipy.spatial.transform import Rotation
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.direct import (
     _across_the_field,
-    _quiet,
     _spike_law,
     _with_neighbours,
     direct_evidence,
@@ -112,12 +111,6 @@ def test_spikes_are_told_by_their_own_rate_and_size(rate_hz: float, amplitude_nT
 
 def test_a_number_of_the_policy_changes_what_is_seen() -> None:
     assert direct_evidence(_rounded(policy=Policy(trace=10.0))) == []
-
-
-def test_a_gap_is_quiet_by_its_size_in_noises() -> None:
-    limit = np.full((5, 3), STANDARD.somewhat_larger)
-    assert _quiet(0.9 * limit, STANDARD)
-    assert not _quiet(1.1 * limit, STANDARD)
 
 
 def test_wrong_samples_are_those_that_were_made_wrong() -> None:
