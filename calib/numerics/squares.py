@@ -19,6 +19,8 @@ FLOOR = 1e-12
 one where nothing has an effect: all numbers are at their bounds."""
 ROWS = 100_000
 """Rows of a Jacobian that are multiplied at a time."""
+FORETOLD = 0.1
+"""Part of a step's change that a Jacobian may miss and still be corrected, in place of being taken anew."""
 
 
 @dataclass
@@ -26,12 +28,14 @@ class Squares:
     """Half the sum of squares of ``residual(x)`` (n,), its gradient and its Gauss-Newton matrix, of numbers x (k,).
 
     Those of the last x are kept. A decomposition of the Jacobian (n, k) would hold it three times more: 2 GB for ten
-    hours and 40 numbers.
+    hours and 40 numbers. A Jacobian that foretold a step is corrected along the step, as Broyden does: taken anew it
+    costs a residual for every number.
     """
 
     residual: Callable[[Array], Array]
     _left: tuple[Array, Array] | None = None
     _slope: tuple[Array, Array, Array] | None = None
+    _jacobian: tuple[Array, Array, Array] | None = None
 
     def half(self, x: Array) -> float:
         """Half the sum of squares."""
@@ -53,17 +57,22 @@ class Squares:
         """
         if not self.gradient(start).any():
             return start
-        end = _End(start, self.half(start))
+        first, used = self._searched(start, rounds)
+        self._slope, self._jacobian = None, None  # to an end by slopes that were corrected, on from there by true ones
+        return self._searched(first, rounds - used)[0] if used < rounds else first
+
+    def _searched(self, start: Array, rounds: int) -> tuple[Array, int]:
+        """Numbers (k,) where a search ends, and its rounds."""
         found = minimize(
             self.half,
             start,
             jac=self.gradient,
             hess=self._regular,
             method="trust-exact",
-            callback=end,
+            callback=_End(start, self.half(start)),
             options={"maxiter": rounds, "gtol": 0.0},
         )
-        return np.asarray(found.x)
+        return np.asarray(found.x), found.nit
 
     def _regular(self, x: Array) -> Array:
         gram = self.gram(x)
@@ -78,15 +87,31 @@ class Squares:
     def _slopes(self, x: Array) -> tuple[Array, Array, Array]:
         if self._slope is None or not np.array_equal(x, self._slope[0]):
             left = self._left_at(x)
-            J = np.empty((len(x), len(left)), np.float32)
-            for i, one in enumerate(np.eye(len(x))):
-                J[i] = (self.residual(x + DIFFERENCE * one) - left) / DIFFERENCE
+            J = self._corrected(x, left)
+            if J is None:
+                self._jacobian, J = None, np.empty((len(x), len(left)), np.float32)
+                for i, one in enumerate(np.eye(len(x))):
+                    J[i] = (self.residual(x + DIFFERENCE * one) - left) / DIFFERENCE
             products = np.zeros((len(x), len(x) + 1))
             for part in (slice(first, first + ROWS) for first in range(0, len(left), ROWS)):
                 rows = J[:, part].astype(np.float64)
                 products += rows @ np.vstack([rows, left[part]]).T
-            self._slope = x.copy(), products[:, -1], products[:, :-1]
+            self._slope, self._jacobian = (x.copy(), products[:, -1], products[:, :-1]), (x.copy(), left, J)
         return self._slope
+
+    def _corrected(self, x: Array, left: Array) -> Array | None:
+        """The last Jacobian J (k, n), corrected so that ``J s`` is the change over the step s to x; None if far off."""
+        if self._jacobian is None:
+            return None
+        before, last, J = self._jacobian
+        step = x - before
+        foretold = step.astype(np.float32) @ J
+        missed = left - last - foretold
+        if np.linalg.norm(missed) > FORETOLD * np.linalg.norm(foretold):
+            return None
+        for slope, share in zip(J, step / (step @ step), strict=True):
+            slope += share * missed
+        return J
 
 
 @dataclass

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.stats import spearmanr
 
-from diagnosis.evidence.localise import TIME, ChannelShare, channels, channels_on_within, correlation
+from diagnosis.evidence.localise import TIME, ChannelShare, channels, correlation, courses_on_within
 from diagnosis.library.drivers import find_drivers
 from diagnosis.problem.blocks import Cut
 from diagnosis.problem.linear import LinearProblem
@@ -64,7 +64,7 @@ def similar_channels(problem: LinearProblem, cause: NamedEffect) -> tuple[str, .
     channels active in the window alone.
     """
     if cause.effect.active_s is not None:
-        return channels_on_within(problem, cause.effect.active_s)
+        return courses_on_within(problem, cause.effect.active_s)
     standing_nT = np.broadcast_to(column_rms(problem.clean_nT), problem.clean_nT.shape)
     several = (_similar_for_signal(problem, cause, signal_nT) for signal_nT in (problem.clean_nT, standing_nT))
     return next((names for names in several if names), ())

@@ -32,11 +32,22 @@ class ActivePart:
 
     @classmethod
     def of(cls, problem: LinearProblem, from_s: float, to_s: float) -> ActivePart:
-        """The interval from `from_s` to `to_s` with phase and heading of the recording."""
-        time_s = problem.state.time_s
+        """The interval from `from_s` to `to_s`, with the phases that cover `phase_share` of it and the heading.
+
+        Compass heading of the mean x axis: None without attitude or while the vehicle turns.
+        """
+        time_s, phase = problem.state.time_s, problem.recording.phase
         inside = (time_s >= from_s) & (time_s < to_s)
-        share = float(inside.mean())
-        return cls(from_s, to_s, share, _phase(problem, inside), _heading_deg(problem, inside))
+        name, heading_deg = None, None
+        if phase is not None and inside.any():
+            names, first, count = np.unique(phase[inside], return_index=True, return_counts=True)
+            kept = count >= problem.policy.phase_share * count.sum()
+            name = ", ".join(str(one) for _, one in sorted(zip(first[kept], names[kept], strict=True)))
+        if problem.recording.att_q is not None and inside.any():
+            east, north = problem.state.R_wb[inside][:, :2, 0].mean(axis=0)
+            if np.hypot(east, north) >= problem.policy.nearly_all:
+                heading_deg = float(np.degrees(np.arctan2(east, north)) % 360.0)
+        return cls(from_s, to_s, float(inside.mean()), name, heading_deg)
 
     @property
     def words(self) -> str:
@@ -73,11 +84,12 @@ def split_by_power(problem: LinearProblem, residual: Array) -> tuple[GapPart, ..
         return ()
     cuts = np.flatnonzero(there)[_cuts(np.log(np.maximum(power[there], 1e-12)), policy)]
     ends_s = np.append(problem.state.time_s, problem.state.time_s[-1] + problem.state.interval_s)
-    bounds = edges[np.concatenate([[0], cuts, [len(edges) - 1]])]
-    return tuple(
-        _part(problem, residual, a, b, ActivePart.of(problem, float(ends_s[a]), float(ends_s[b])))
-        for a, b in itertools.pairwise(bounds)
-    )
+    parts = []
+    for a, b in itertools.pairwise(edges[[0, *cuts, -1]]):
+        some = residual[a:b][problem.usable[a:b] > 0]
+        stretch = ActivePart.of(problem, float(ends_s[a]), float(ends_s[b]))
+        parts.append(GapPart(stretch, rms(some * problem.sigma_nT), rms(some)))
+    return tuple(parts)
 
 
 def largest_part(parts: tuple[GapPart, ...], policy: Policy) -> GapPart | None:
@@ -90,11 +102,6 @@ def largest_part(parts: tuple[GapPart, ...], policy: Policy) -> GapPart | None:
     excess = np.array([part.rms_sigma**2 - 1 for part in others])
     elsewhere = float(weight @ excess) / max(float(weight.sum()), 1e-9)
     return most if most.rms_sigma**2 - 1 > policy.far_larger * max(elsewhere, policy.hardly_any) else None
-
-
-def _part(problem: LinearProblem, residual: Array, a: int, b: int, stretch: ActivePart) -> GapPart:
-    some = residual[a:b][problem.usable[a:b] > 0]
-    return GapPart(stretch, rms(some * problem.sigma_nT), rms(some))
 
 
 def _cuts(log_power: Array, policy: Policy) -> Places:
@@ -111,29 +118,7 @@ def _cuts(log_power: Array, policy: Policy) -> Places:
         cost = best[i] + squares + policy.part_price * np.log(m)
         before[j] = int(np.argmin(cost))
         best[j] = cost[before[j]]
-    cuts: list[int] = []
-    at = int(before[-1])
-    while at > 0:
-        cuts.append(at)
-        at = int(before[at])
-    return np.array(cuts[::-1], dtype=np.int64)
-
-
-def _phase(problem: LinearProblem, inside: NDArray[np.bool_]) -> str | None:
-    """Phases that cover at least `phase_share` of the samples, in order of time."""
-    phase = problem.recording.phase
-    if phase is None or not inside.any():
-        return None
-    names, first, count = np.unique(phase[inside], return_index=True, return_counts=True)
-    kept = count >= problem.policy.phase_share * count.sum()
-    return ", ".join(str(name) for _, name in sorted(zip(first[kept], names[kept], strict=True)))
-
-
-def _heading_deg(problem: LinearProblem, inside: NDArray[np.bool_]) -> float | None:
-    """Compass heading of the mean x axis; None without attitude or while the vehicle turns."""
-    if problem.recording.att_q is None or not inside.any():
-        return None
-    ahead = problem.state.R_wb[inside][:, :2, 0].mean(axis=0)
-    if np.hypot(*ahead) < problem.policy.nearly_all:
-        return None
-    return float(np.degrees(np.arctan2(ahead[0], ahead[1])) % 360.0)
+    cuts = [int(before[-1])]
+    while cuts[-1] > 0:
+        cuts.append(int(before[cuts[-1]]))
+    return np.array(cuts[-2::-1], dtype=np.int64)

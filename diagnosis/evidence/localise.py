@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -39,25 +39,25 @@ def localise(problem: LinearProblem, residual: Array) -> tuple[ChannelShare, ...
         R = problem.state.R_wb[: cut.m * length : length]
         frames["earth"] = np.einsum("nij,nj->ni", R, mean)
     again = set(as_currents(problem.recording).values())
-    found = [
-        ChannelShare(name, frame, explained_share(cut.means(values), framed, policy))
-        for name, values in channels(problem)
-        for frame, framed in frames.items()
-        if name not in again
-    ]
     best: dict[str, ChannelShare] = {}
-    for share in sorted(found, key=lambda f: -f.share):
-        best.setdefault(share.channel, share)
-    return tuple(share for share in best.values() if share.share > policy.least_channel_share)[: policy.most_channels]
+    for name, values in channels(problem):
+        if name not in again:
+            course = cut.means(values)
+            each = (
+                ChannelShare(name, frame, explained_share(course, framed, policy)) for frame, framed in frames.items()
+            )
+            best[name] = max(each, key=lambda one: one.share)
+    found = sorted((one for one in best.values() if one.share > policy.least_channel_share), key=lambda one: -one.share)
+    return tuple(found[: policy.most_channels])
 
 
 def channels(problem: LinearProblem) -> Iterator[tuple[str, Array]]:
     """Name and values (n,) of every quantity that may drive a disturbance."""
     recording, state = problem.recording, problem.state
     yield TIME, state.time_s
-    yield from _columns("field_{}", "xyz", state.field_nT)
+    yield from zip(("field_x", "field_y", "field_z"), state.field_nT.T, strict=True)
     if "rate" in problem.inputs:
-        yield from _columns("rate_{}", "xyz", state.rate_rad_s)
+        yield from zip(("rate_x", "rate_y", "rate_z"), state.rate_rad_s.T, strict=True)
     if recording.att_q is not None:
         R_wb = matrix_from_q(np.ascontiguousarray(recording.att_q))
         yield "heading", np.arctan2(R_wb[:, 1, 0], R_wb[:, 0, 0])
@@ -65,12 +65,8 @@ def channels(problem: LinearProblem) -> Iterator[tuple[str, Array]]:
     if problem.level is not None:
         yield from _tilts(-problem.level.down)
     if recording.pos_enu_m is not None:
-        yield from _columns("pos_{}_m", ("east", "north", "up"), recording.pos_enu_m)
+        yield from zip(("pos_east_m", "pos_north_m", "pos_up_m"), recording.pos_enu_m.T, strict=True)
     yield from state.channels.items()
-
-
-def _columns(name: str, parts: Sequence[str], values: Array) -> Iterator[tuple[str, Array]]:
-    yield from zip(map(name.format, parts), values.T, strict=True)
 
 
 def _tilts(up: Array) -> Iterator[tuple[str, Array]]:
@@ -80,21 +76,20 @@ def _tilts(up: Array) -> Iterator[tuple[str, Array]]:
 
 
 def explained_share(channel: Array, residual: Array, policy: Policy) -> float:
-    """Held-out share of the squares of left (m, q) that bin means of a channel (m,) explain."""
+    """Held-out share of the squares of a residual (m, q) that bin means of a channel (m,) explain."""
     edges = np.unique(np.quantile(channel, np.linspace(0, 1, policy.channel_bins + 1)[1:-1]))
-    if not np.isfinite(channel).all() or len(edges) < 2:
+    before = float((residual**2).sum())
+    if not np.isfinite(channel).all() or len(edges) < 2 or not before:
         return 0.0
     place = np.searchsorted(edges, channel)
     fold = np.arange(len(channel)) * policy.channel_segments // len(channel) % 2
     after = 0.0
-    for held in (0, 1):
-        train = fold != held
-        count = np.bincount(place[train], minlength=len(edges) + 1)
-        total = np.stack([np.bincount(place[train], c, minlength=len(edges) + 1) for c in residual[train].T], axis=1)
-        guess = total / np.maximum(count, 1)[:, None]
-        after += float(((residual[~train] - guess[place[~train]]) ** 2).sum())
-    before = float((residual**2).sum())
-    return 1 - after / before if before > 0 else 0.0
+    for held in (fold == 0, fold == 1):
+        total = np.zeros((len(edges) + 1, residual.shape[1]))
+        np.add.at(total, place[~held], residual[~held])
+        means = total / np.maximum(np.bincount(place[~held], minlength=len(total)), 1)[:, None]
+        after += float(((residual[held] - means[place[held]]) ** 2).sum())
+    return 1 - after / before
 
 
 def find_followed_channel(start: Baseline, names: Collection[str]) -> ChannelShare | None:
@@ -127,19 +122,15 @@ def _times(base: Array, terms: Array) -> Array:
     return in_axes(np.broadcast_to(np.eye(3), (len(base), 3, 3)), both)
 
 
-def channels_on_within(problem: LinearProblem, window: tuple[float, float]) -> tuple[str, ...]:
-    """Names of recorded channels that are on, or off, only within a window (s)."""
-    return courses_on_within(problem, window, ((driver.name, driver.x) for driver in find_drivers(problem)))
-
-
 def courses_on_within(
-    problem: LinearProblem, window: tuple[float, float], several: Iterable[tuple[str, Array]]
+    problem: LinearProblem, window: tuple[float, float], several: Iterable[tuple[str, Array]] | None = None
 ) -> tuple[str, ...]:
-    """Names of courses (n,) that are on, or off, only within a window (s)."""
+    """Names of courses (n,), by default of the recorded channels, that are on, or off, only within a window (s)."""
+    courses = ((driver.name, driver.x) for driver in find_drivers(problem)) if several is None else several
     cut = Cut.of(len(problem.recording), problem.state.interval_s, problem.policy)
     time_s, (begin_s, end_s) = problem.state.time_s, window
     acts = cut.means(((time_s >= begin_s) & (time_s < end_s)).astype(float))
-    return tuple(name for name, x in several if correlation(acts, cut.means(x)) > problem.policy.nearly_all)
+    return tuple(name for name, x in courses if correlation(acts, cut.means(x)) > problem.policy.nearly_all)
 
 
 def correlation(first: Array, second: Array) -> float:

@@ -15,7 +15,7 @@ import numpy as np
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.candidate_test import CandidateFit, ColouredBaseline
 from diagnosis.evidence.hypothesis import in_sample_gains
-from diagnosis.evidence.localise import TIME, channels_on_within, lagged_terms
+from diagnosis.evidence.localise import TIME, courses_on_within, lagged_terms
 from diagnosis.evidence.within_row import gain_within
 from diagnosis.library.candidates import Candidate, attitude_turns
 from diagnosis.library.drivers import AT_ONCE, Driver, find_drivers, in_axes
@@ -135,7 +135,7 @@ def size_that_follows(baseline: Baseline, candidate: Candidate) -> Iterator[Riva
     problem = baseline.problem
     plain, alike = (
         candidate.at({ACTIVE_WINDOW.name: None}).columns(problem),
-        channels_on_within(problem, candidate.window),
+        courses_on_within(problem, candidate.window),
     )
     for name, terms in _courses(problem):
         grown = np.concatenate([plain, *(plain * term[:, None, None] for term in terms.T)], axis=2)

@@ -1,4 +1,4 @@
-"""Slow random noise in a residual: flicker noise or random walk, distinguished by the slope of the spectrum."""
+"""Slow random noise in a residual: flicker noise, a random walk or a Gauss-Markov process, by the spectrum."""
 
 from __future__ import annotations
 
@@ -7,68 +7,61 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.linalg import toeplitz
+from scipy.linalg import cholesky, solve_triangular, toeplitz
 from scipy.optimize import minimize_scalar
 from scipy.stats import chi2
 
 from diagnosis.evidence.along_field import is_attitude_error
 from diagnosis.evidence.localise import TIME, localise
-from diagnosis.evidence.slow_spectrum import SlowSpectrum
+from diagnosis.library.parameter_search import between_neighbours
 from diagnosis.policy import Policy
 from diagnosis.problem.blocks import Cut
 from diagnosis.problem.linear import LinearProblem
 from scenarios.arrays import Array
+from sim.effects import EFFECTS
 from sim.effects.base import Effect
 from validation.signals.amplitude import rms
-from validation.signals.bands import hann
+from validation.signals.bands import Bands, hann
 
 LOG_SIZES = (-14.0, 14.0)
 """Range of the logarithm of the slow noise's size over the power of the white noise, in the search."""
 Density = Callable[[Array], Array]
+Fit = tuple[float, float, float]
+"""Likelihood, white level and size of the slow noise."""
 
 
 @dataclass(frozen=True)
 class SlowNoise:
     """Slow noise: the effect at its fitted size, equally likely alternatives, and evidence in nats.
 
-    score: log-likelihood of the steps between block means; fits: spectrum and steps agree with the effect; identified:
-    the noise dominates at enough frequencies to be distinguished from any slow disturbance.
+    fits: spectrum and innovations agree with the effect; identified: the noise dominates at enough frequencies to be
+    distinguished from any slow disturbance.
     """
 
     effect: Effect
     alternatives: tuple[str, ...]
     gain: float
-    score: float
     fits: bool
     identified: bool
 
 
 def find_slow_noise(problem: LinearProblem, residual: Array) -> SlowNoise | None:
-    """Slow noise in a residual (n, q), unless a channel explains more of the residual than time does."""
-    return slow_noise(problem, residual) if follows_time_only(problem, residual) else None
+    """Slow noise of the offset in a residual (n, q) in units of the noise; None without evidence.
 
-
-def follows_time_only(problem: LinearProblem, residual: Array) -> bool:
-    """Whether no channel explains more of a residual (n, q) than time does."""
-    shares = {share.channel: share.share for share in localise(problem, residual)}
-    return max(shares.values(), default=0.0) <= shares.get(TIME, 0.0) + problem.policy.little
-
-
-def slow_noise(problem: LinearProblem, residual: Array) -> SlowNoise | None:
-    """Flicker noise or random walk of the offset in a residual (n, q) in units of the noise; None without evidence.
-
-    Whittle likelihood of the band-averaged periodogram: ``S(f) = w + d^2 / f`` or ``w + q^2 / (2 pi^2 f^2)``,
-    one-sided, in units of the noise squared per Hz. None where the residual has no part along the field, as attitude
-    errors have none, or is likelier slow along the Earth's axes.
+    None where a channel explains more of the residual than time does, where the residual has no part along the field,
+    as attitude errors have none, and where it is likelier slow along the Earth's axes.
     """
     policy, interval_s = problem.policy, problem.state.interval_s
-    if is_attitude_error(problem, residual) or is_earth_frame_noise(problem, residual):
+    if (
+        not follows_time_only(problem, residual)
+        or is_attitude_error(problem, residual)
+        or is_earth_frame_noise(problem, residual)
+    ):
         return None
     base = problem.base
     if problem.level is not None:  # the dip has the slow errors of roll and pitch too
         residual, base = residual[:, :1], base[:, 0]
-    first = SlowSpectrum.of(residual, interval_s, policy)
-    residual = _refitted(residual, base, interval_s, first.density)
+    residual = _refitted(residual, base, SlowSpectrum.of(residual, interval_s, policy))
     spectrum = SlowSpectrum.of(residual, interval_s, policy)
     steps = Steps.of(residual, interval_s, policy)
     score, sizes, innovations = steps.fit(spectrum.level, spectrum.shape)
@@ -77,16 +70,21 @@ def slow_noise(problem: LinearProblem, residual: Array) -> SlowNoise | None:
         return None
     level = spectrum.effect.with_role("level")
     assert level is not None
-    std = np.sqrt(np.resize(sizes, 3)) * np.resize(problem.sigma_nT[: len(sizes)], 3)
+    std = np.sqrt(np.resize(sizes, 3)) * np.resize(problem.sigma_nT[: residual.shape[1]], 3)
     values: dict[str, Any] = {**spectrum.listed, level: tuple(std.tolist())}
     return SlowNoise(
         spectrum.effect(**values),
         spectrum.others,
         gain,
-        score,
         fits=spectrum.agrees(policy) and is_random(innovations, policy),
         identified=spectrum.lines_above_white(policy) >= policy.least_noise_lines,
     )
+
+
+def follows_time_only(problem: LinearProblem, residual: Array) -> bool:
+    """Whether no channel explains more of a residual (n, q) than time does."""
+    shares = {share.channel: share.share for share in localise(problem, residual)}
+    return max(shares.values(), default=0.0) <= shares.get(TIME, 0.0) + problem.policy.little
 
 
 def is_earth_frame_noise(problem: LinearProblem, residual: Array) -> bool:
@@ -98,22 +96,91 @@ def is_earth_frame_noise(problem: LinearProblem, residual: Array) -> bool:
         return False
     body = (residual * problem.sigma_nT) @ np.linalg.inv(problem.turn).T / rms(problem.sigma_nT)
     earth = np.einsum("nij,nj->ni", problem.state.R_wb, body)
-    return _score(problem, earth) > _score(problem, body) + problem.policy.apart
-
-
-def _score(problem: LinearProblem, residual: Array) -> float:
-    """Log-likelihood of the steps of a residual (n, q) under the slow noise that fits the spectrum best."""
     policy, interval_s = problem.policy, problem.state.interval_s
-    spectrum = SlowSpectrum.of(residual, interval_s, policy)
-    return Steps.of(residual, interval_s, policy).fit(spectrum.level, spectrum.shape)[0]
+
+    def score(axes: Array) -> float:
+        spectrum = SlowSpectrum.of(axes, interval_s, policy)
+        return Steps.of(axes, interval_s, policy).fit(spectrum.level, spectrum.shape)[0]
+
+    return score(earth) > score(body) + policy.apart
 
 
-def _refitted(residual: Array, base: Array, interval_s: float, density: Density) -> Array:
+@dataclass(frozen=True)
+class SlowSpectrum:
+    """The best slow noise ``S(f) = level + size shape(f)`` of the library, and the names of equally good effects.
+
+    Whittle likelihood of the band-averaged periodogram, one-sided, in units of the noise squared per Hz: ``shape(f) =
+    1 / f`` for flicker noise, ``1 / (2 pi^2 f^2)`` for a random walk. listed : the effect's listed parameters, such as
+    a correlation time, by name.
+    """
+
+    bands: Bands
+    effect: type[Effect]
+    listed: dict[str, float]
+    interval_s: float
+    others: tuple[str, ...]
+    level: float
+    size: float
+
+    @classmethod
+    def of(cls, residual: Array, interval_s: float, policy: Policy) -> SlowSpectrum:
+        """Fit every effect with a spectrum to a residual (n, q) in units of the noise, and select the best.
+
+        Of equally good effects the one without a listed parameter, which has a number less.
+        """
+        bands = Bands.of(residual, interval_s, policy.first_line, policy.bands)
+        fits = {effect: _best(effect, bands, interval_s) for effect in EFFECTS if effect.traits.spectrum is not None}
+        most = max(score for _, (score, *_) in fits.values())
+        near = [effect for effect in fits if most - fits[effect][1][0] < policy.apart]
+        best = min(near, key=lambda effect: (len(effect.search), -fits[effect][1][0]))
+        others = tuple(effect.name for effect in near if effect is not best)
+        listed, (_, level, size) = fits[best]
+        return cls(bands, best, listed, interval_s, others, level, size)
+
+    def shape(self, f: Array) -> Array:
+        """Density of the effect at unit level, at frequencies f (m,)."""
+        return _shape(self.effect, f, self.interval_s, self.listed)
+
+    def density(self, f: Array) -> Array:
+        """S(f) at frequencies f (m,)."""
+        return np.asarray(self.level + self.size * self.shape(f))
+
+    def agrees(self, policy: Policy) -> bool:
+        """Whether no band deviates significantly from S."""
+        ratio = self.bands.power / self.density(self.bands.f)
+        odds = self.bands.odds(np.abs(ratio - 1) + 1)
+        return bool(odds.min() > policy.test_alarm / len(odds))
+
+    def lines_above_white(self, policy: Policy) -> float:
+        """Number of frequencies at which the slow noise exceeds the white noise."""
+        return float(self.bands.shape[self.density(self.bands.f) > policy.clearly_larger * self.level].sum())
+
+
+def _shape(effect: type[Effect], f: Array, interval_s: float, listed: dict[str, float]) -> Array:
+    assert effect.traits.spectrum is not None
+    return effect.traits.spectrum(f, interval_s, **listed)
+
+
+def _best(effect: type[Effect], bands: Bands, interval_s: float) -> tuple[dict[str, float], Fit]:
+    """The listed parameters of largest likelihood, refined between their neighbours, and the fit."""
+
+    def fit(listed: dict[str, float]) -> Fit:
+        return bands.fit(2 * interval_s, _shape(effect, bands.f, interval_s, listed))
+
+    if not effect.search:
+        return {}, fit({})
+    ((name, values),) = effect.search.items()
+    first = max(values, key=lambda value: fit({name: value})[0])
+    first = between_neighbours(values, first, lambda x: -fit({name: x})[0], within=0.02)
+    return {name: first}, fit({name: first})
+
+
+def _refitted(residual: Array, base: Array, spectrum: SlowSpectrum) -> Array:
     """A residual (n, q) with the base (n, p) fitted again, frequencies weighted by the inverse noise spectrum."""
-    n = len(residual)
-    window = hann(n)
+    n, interval_s = len(residual), spectrum.interval_s
     f = np.maximum(np.fft.rfftfreq(n, interval_s), 1 / (n * interval_s))
-    B, r = (np.fft.rfft(window * values, axis=0) / np.sqrt(density(f))[:, None] for values in (base, residual))
+    weight = np.sqrt(spectrum.density(f))[:, None]
+    B, r = (np.fft.rfft(hann(n) * values, axis=0) / weight for values in (base, residual))
     change = np.linalg.lstsq((B.conj().T @ B).real, (B.conj().T @ r).real, rcond=1e-12)[0]
     return np.asarray(residual - base @ change)
 
@@ -143,28 +210,21 @@ class Steps:
         """Log-likelihood, size s (q,) of each axis and innovations (n, q) under ``S = level + s shape``."""
         white = self.correlation(lambda f: np.full(len(f), level))
         slow = np.zeros(len(white)) if shape is None else self.correlation(shape)
-        parts = [_axis(column, white, slow) for column in self.values.T]
-        return sum(p[0] for p in parts), np.array([p[1] for p in parts]), np.stack([p[2] for p in parts], axis=1)
-
-
-def _axis(steps: Array, white: Array, slow: Array) -> tuple[float, float, Array]:
-    """Log-likelihood, size and innovations (n,) of one axis."""
-    if not slow.any():
-        score, z = _likelihood(steps, white)
-        return score, 0.0, z
-    scale = white[0] / slow[0]
-    best = minimize_scalar(
-        lambda x: -_likelihood(steps, white + np.exp(x) * scale * slow)[0], bounds=LOG_SIZES, method="bounded",
-        options={"xatol": 0.05, "maxiter": 25},
-    )  # fmt: skip
-    size = float(np.exp(best.x) * scale)
-    score, z = _likelihood(steps, white + size * slow)
-    return score, size, z
+        scale, sizes = white[0] / max(slow[0], 1e-300), np.zeros(self.values.shape[1])
+        for axis, steps in enumerate(self.values.T if slow.any() else ()):
+            best = minimize_scalar(
+                lambda x, steps: -_likelihood(steps, white + np.exp(x) * scale * slow)[0], args=(steps,),
+                bounds=LOG_SIZES, method="bounded", options={"xatol": 0.05, "maxiter": 25},
+            )  # fmt: skip
+            sizes[axis] = np.exp(best.x) * scale
+        found = [_likelihood(steps, white + s * slow) for steps, s in zip(self.values.T, sizes, strict=True)]
+        return sum(score for score, _ in found), sizes, np.stack([z for _, z in found], axis=1)
 
 
 def _likelihood(steps: Array, row: Array) -> tuple[float, Array]:
-    factor = np.linalg.cholesky(toeplitz(row))
-    z: Array = np.asarray(np.linalg.solve(factor, steps), dtype=np.float64)
+    """Log-likelihood of steps (n,) whose correlation is a row (n,), but for a constant, and innovations (n,)."""
+    factor = cholesky(toeplitz(row), lower=True)
+    z = np.asarray(solve_triangular(factor, steps, lower=True), dtype=np.float64)
     return float(-np.log(np.diag(factor)).sum() - (z**2).sum() / 2), z
 
 

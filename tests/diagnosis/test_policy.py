@@ -47,7 +47,6 @@ GUARDS = {
     "field_pulsations.py": {"ROWS", "TOGETHER", "FINER", "ROUNDS"},
     "dipole_position.py": {"MEAN_S", "MOST_MEANS", "SAME_M", "LEAST_M", "STEP_M"},
     "residual_tests.py": {"MOST_TONES"},
-    "slow_spectrum.py": {"WINDOW_LINES", "LEAST_WHITE"},
     "slow_noise.py": {"LOG_SIZES"},
     "active_parts.py": {"NORMAL_MAD"},
     "advice.py": {"MINUTE_S", "MOST_TIMES", "TRIED_CHANNELS"},

@@ -2,28 +2,39 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from diagnosis.evidence import localise as module
 from diagnosis.evidence.localise import channels, localise
+from diagnosis.policy import STANDARD
 from tests.diagnosis.synthetic import problem
 
 
-@pytest.mark.parametrize(("share", "count"), [(0.002, 0), (0.004, 8)])
-def test_eight_channels_are_listed_that_explain_three_thousandths(
-    share: float, count: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_eight_channels_are_listed_at_most_the_best_first() -> None:
     posed = problem(n=1000)
-    monkeypatch.setattr(module, "explained_share", lambda *_: share)
-    assert len(list(channels(posed))) > 8
-    assert len(localise(posed, np.ones((1000, 3)))) == count
+    slow = posed.state.time_s[:, None] * np.ones(3) + posed.state.field_nT / 200
+    found = localise(replace(posed, policy=replace(STANDARD, least_channel_share=1e-9)), slow)
+    assert len(list(channels(posed))) > len(found) == 8
+    assert [one.share for one in found] == sorted((one.share for one in found), reverse=True)
 
 
-@pytest.mark.parametrize(("n", "means"), [(4000, 800), (1000, 500)])
-def test_means_are_of_half_a_second_and_four_hundred_at_least(
-    n: int, means: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """At ten samples a second."""
-    monkeypatch.setattr(module, "explained_share", lambda channel, *_: float(len(channel)))
-    assert {one.share for one in localise(problem(n=n), np.ones((n, 3)))} == {float(means)}
+def test_a_channel_is_listed_that_explains_more_than_the_least_share() -> None:
+    posed = problem()
+    white = np.random.default_rng(1).normal(size=(4000, 3))
+    assert localise(posed, white) == ()
+    (best, *_) = localise(posed, white + 0.3 * np.sign(posed.state.time_s - 200)[:, None])
+    for least, listed in ((0.99 * best.share, True), (1.01 * best.share, False)):
+        stricter = replace(posed, policy=replace(STANDARD, least_channel_share=least))
+        assert bool(localise(stricter, white + 0.3 * np.sign(posed.state.time_s - 200)[:, None])) is listed
+
+
+@pytest.mark.parametrize(("n", "samples"), [(4000, 5), (1000, 2)])
+def test_means_are_of_half_a_second_and_four_hundred_at_least(n: int, samples: int) -> None:
+    """At ten samples a second: noise of twice a course is ``4 / samples`` of its power in means."""
+    posed = problem(n=n)
+    course = np.sign(posed.state.time_s - posed.state.time_s.mean())[:, None]
+    residual = course + 2 * np.random.default_rng(2).normal(size=(n, 3))
+    share = next(one.share for one in localise(posed, residual) if one.channel == "time_s")
+    assert share == pytest.approx(1 / (1 + 4 / samples), abs=0.06)

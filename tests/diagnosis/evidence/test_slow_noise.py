@@ -3,26 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation
+from scipy.stats import chi2
 
-from diagnosis.evidence import slow_noise as slow_noise_module
 from diagnosis.evidence.along_field import is_attitude_error, power_share_along_field, within_stated_errors
 from diagnosis.evidence.baseline import Baseline
-from diagnosis.evidence.localise import TIME, ChannelShare
-from diagnosis.evidence.slow_noise import Steps, find_slow_noise, is_earth_frame_noise, slow_noise
-from diagnosis.evidence.slow_spectrum import SlowSpectrum
+from diagnosis.evidence.slow_noise import find_slow_noise, is_earth_frame_noise, is_random
 from diagnosis.policy import STANDARD
 from diagnosis.problem.linear import LinearProblem
 from scenarios.arrays import Array
 from sim.effects import BY_NAME, EFFECTS
 from sim.effects.noise import GaussMarkovNoise
 from tests.diagnosis.synthetic import NOISE_NT, problem, recording
-from validation.signals.bands import Bands
+from validation.signals.bands import Bands, hann
 
 SLOW = [effect.name for effect in EFFECTS if effect.traits.spectrum is not None]
 SIZES = dict.fromkeys(SLOW, 0.5) | {"gauss_markov_noise": 2.0}
@@ -55,7 +53,7 @@ def _turned(error_deg: float) -> LinearProblem:
 @pytest.mark.parametrize("name", SLOW)
 def test_a_slow_noise_is_told_with_its_size(name: str) -> None:
     posed = _hidden(name)
-    found = slow_noise(posed, _left(posed))
+    found = find_slow_noise(posed, _left(posed))
     assert found is not None
     assert name in (found.effect.name, *found.alternatives)
     assert found.fits
@@ -72,7 +70,7 @@ def test_a_correlation_time_is_told(correlation_time_s: float) -> None:
     kicks = np.random.default_rng(3).normal(size=(12_000, 3)) * np.sqrt(1 - decay**2)
     course_nT = 12.0 * lfilter([1.0], [1.0, -decay], kicks, axis=0)[4000:]
     posed = problem(replace(given, mag_nT=given.mag_nT + course_nT))
-    found = slow_noise(posed, _left(posed))
+    found = find_slow_noise(posed, _left(posed))
     assert found is not None
     assert isinstance(found.effect, GaussMarkovNoise)
     assert found.effect.correlation_time_s == pytest.approx(correlation_time_s, rel=0.3)
@@ -85,27 +83,21 @@ def test_a_small_slow_noise_does_not_show_its_nature(name: str, part: float, tol
     """It stands out of the white noise at too few frequencies."""
     level = BY_NAME[name].with_role("level")
     posed = problem(hidden={name: {level: [part * SIZES[name]] * 3}})
-    found = slow_noise(posed, _left(posed))
+    found = find_slow_noise(posed, _left(posed))
     assert found is not None
     assert found.identified == told
 
 
 def test_white_noise_is_no_slow_one() -> None:
     posed = problem()
-    assert slow_noise(posed, _left(posed)) is None
-
-
-def test_the_score_of_white_noise_is_below_that_of_the_slow_noise_that_is_there() -> None:
-    posed = _hidden(SLOW[0])
-    found = slow_noise(posed, _left(posed))
-    assert found is not None
+    assert find_slow_noise(posed, _left(posed)) is None
 
 
 def test_an_error_of_the_attitude_has_nothing_along_the_field_and_is_no_noise() -> None:
     posed = _turned(0.05)
     assert power_share_along_field(posed, _left(posed)) < 0.02
     assert is_attitude_error(posed, _left(posed))
-    assert slow_noise(posed, _left(posed)) is None
+    assert find_slow_noise(posed, _left(posed)) is None
     assert power_share_along_field(problem(), np.random.default_rng(0).normal(size=(4000, 3))) == pytest.approx(
         1 / 3, abs=0.1
     )
@@ -128,17 +120,15 @@ def test_slow_noise_turns_with_the_sensor_and_a_field_that_walks_does_not(of_the
     turn = Rotation.from_quat(given.att_q, scalar_first=True).inv()
     posed = problem(replace(given, mag_nT=given.mag_nT + (turn.apply(walk_nT) if of_the_field else walk_nT)))
     assert is_earth_frame_noise(posed, _left(posed)) is of_the_field
-    assert (slow_noise(posed, _left(posed)) is None) is of_the_field
+    assert (find_slow_noise(posed, _left(posed)) is None) is of_the_field
 
 
-def test_slow_noise_that_hides_the_white_one_has_a_level_and_a_likelihood() -> None:
+def test_slow_noise_that_hides_the_white_one_has_a_level() -> None:
     """Flicker of three sigma that is white nowhere in the band: the best level underflows to nothing."""
     bands = Bands.of(np.random.default_rng(5).normal(size=(20_000, 3)), 0.1, *BANDS)
     steep = 1 / bands.f**3
     _, level, _ = replace(bands, power=steep).fit(0.2, steep)
     assert level >= 2e-5
-    steps = Steps(np.random.default_rng(6).normal(size=(90, 1)), 5.0)
-    assert np.isfinite(steps.fit(level, lambda f: 1 / f)[0])
 
 
 def test_what_the_model_states_of_its_attitude_is_no_gap_and_more_is() -> None:
@@ -179,42 +169,52 @@ def test_an_error_of_the_attitude_has_an_eighth_along_the_field_at_most(share: f
     assert is_attitude_error(posed, off_nT / posed.sigma_nT) is turns
 
 
-@pytest.mark.parametrize(("beyond", "wanders"), [(0.08, True), (0.12, False)])
-def test_what_goes_with_a_channel_more_than_with_time_is_no_wander(
-    beyond: float, wanders: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    shares = [ChannelShare(TIME, "body", 0.3), ChannelShare("depth", "body", 0.3 + beyond)]
-    monkeypatch.setattr(slow_noise_module, "localise", lambda *_: shares)
-    monkeypatch.setattr(slow_noise_module, "slow_noise", lambda *_: "a wander")
-    assert (find_slow_noise(problem(n=400), np.zeros((400, 3))) is not None) is wanders
+def test_a_spectrum_of_another_shape_is_no_slow_noise() -> None:
+    """A random course of two minutes and one of two seconds, of one size: the library has the shape of neither sum."""
+    course = np.random.default_rng(7).normal(size=(4000 + 1200, 3))
+    long, short = (np.apply_along_axis(np.convolve, 0, course, hann(n)[:, 0], "same")[600:4600] for n in (1200, 20))
+    posed = problem(noise_nT=0.1)
+    found = find_slow_noise(posed, np.random.default_rng(8).normal(size=(4000, 3)) + long / long.std() + short)
+    assert found is None or not found.fits
 
 
-@pytest.mark.parametrize(("lines", "told"), [(25.0, False), (35.0, True)])
-def test_a_nature_is_told_at_thirty_frequencies(lines: float, told: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(SlowSpectrum, "lines_above_white", lambda *_: lines)
-    posed = _hidden(SLOW[0])
-    found = slow_noise(posed, _left(posed))
-    assert found is not None
-    assert found.identified is told
+def test_random_innovations_pass_and_jumps_courses_and_swings_do_not() -> None:
+    rng = np.random.default_rng(3)
+    passed = [is_random(rng.normal(size=(200, 3)), STANDARD) for _ in range(200)]
+    assert np.mean(passed) > 0.97
+    z = rng.normal(size=(200, 3))
+    jump, course = z.copy(), z.copy()
+    jump[100] += 9.0
+    course[50:114] += 1.0
+    swing = z + 1.5 * np.sin(2 * np.pi * np.arange(200) / 12)[:, None]
+    assert not any(is_random(one, STANDARD) for one in (jump, course, swing))
 
 
-def _spectrum(odds: float) -> SlowSpectrum:
-    """Ten bands of one line each, in which slow noise is from 1.8 times the white one down."""
-    bands = SimpleNamespace(
-        f=np.arange(10.0), shape=np.ones(10), power=np.ones(10), odds=lambda ratio: np.full(10, odds)
-    )
-
-    class Stepped(SlowSpectrum):
-        def shape(self, f: Array) -> Array:
-            return np.asarray(0.8 + 0.2 * (f < 3) * 2)
-
-    return Stepped(bands, EFFECTS[0], {}, 0.1, (), 1.0, 1.0)  # type: ignore[arg-type]
+def _drawn(jump: float = 0.0, follows: float = 0.0) -> Array:
+    """Innovations (n, 1) of which one stands out, or each follows the one before in part."""
+    z = np.random.default_rng(1).normal(size=(401, 1))
+    z = z[1:] + follows * z[:-1]
+    z[np.abs(z) > 3] = 0.0
+    z[200] = jump * np.delete(z, 200).std() if jump else z[200]
+    return z
 
 
-@pytest.mark.parametrize(("odds", "agrees"), [(2e-4, True), (5e-5, False)])
-def test_a_spectrum_agrees_unless_a_band_is_as_far_off_once_in_a_thousand(odds: float, agrees: bool) -> None:
-    assert _spectrum(odds).agrees(STANDARD) is agrees
-    assert _spectrum(odds).lines_above_white(STANDARD) == 3  # by a factor of two
+@pytest.mark.parametrize(("jump", "random"), [(4.6, True), (5.6, False)])
+def test_a_lone_jump_of_five_sigma_is_none_that_chance_draws(jump: float, random: bool) -> None:
+    assert is_random(_drawn(jump), STANDARD) is random
+
+
+@pytest.mark.parametrize(("chance", "random"), [(2e-3, True), (5e-4, False)])
+def test_innovations_correlate_by_chance_once_in_a_thousand(chance: float, random: bool) -> None:
+    """Over eight lags, each a square of unit mean."""
+
+    def odds(follows: float) -> float:
+        z = _drawn(follows=follows)[:, 0]
+        z /= z.std()
+        squares = sum(float(z[lag:] @ z[:-lag]) ** 2 / (len(z) - lag) for lag in range(1, 9))
+        return float(chi2.sf(squares, 8))
+
+    assert is_random(_drawn(follows=float(brentq(lambda x: odds(x) - chance, 0.05, 0.6))), STANDARD) is random
 
 
 def test_a_constant_is_in_no_band_and_a_wave_of_two_periods_is() -> None:
