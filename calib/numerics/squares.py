@@ -17,7 +17,7 @@ DIFFERENCE = 1e-6
 FLOOR = 1e-12
 """What is added to the matrix that is searched with, over its diagonal, or the largest of it where that is zero, or
 one where nothing has an effect: all numbers are at their bounds."""
-ROWS = 100_000
+ROWS = 20_000
 """Rows of a Jacobian that are multiplied at a time."""
 FORETOLD = 0.1
 """Part of a step's change that a Jacobian may miss and still be corrected, in place of being taken anew."""

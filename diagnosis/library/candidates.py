@@ -113,7 +113,8 @@ class Candidate:
         if self.effect.linear:
             plain = [self.effect.basis(state, signal, (PLAIN,), **{**given, **phase}) for phase in phases]
             fuller = [self.effect.basis(state, signal, self.forms, **{**given, **phases[0]})] if self.forms else []
-            return np.concatenate([*map(self.seen, plain), *fuller], axis=2)
+            parts = [*map(self.seen, plain), *fuller]
+            return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=2)
         small = [{name: value} for name, values in self.effect.tangents.items() for value in values] or [{}]
         effects, rng = (self.effect(**{**given, **values}) for values in small), np.random.default_rng(0)
         return np.stack([effect.contribution(state, signal, rng, {}) for effect in effects], axis=2)

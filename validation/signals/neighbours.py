@@ -43,7 +43,9 @@ def as_iron_sees(columns: Array, read: Array, signal: Array) -> Array:
     design = np.column_stack([read[some], np.full(len(read[some]), np.abs(read).max())])
     flat = columns[some].reshape(len(design), -1)
     linear = np.linalg.lstsq(design.T @ design, design.T @ flat, rcond=1e-12)[0][:3]
-    return np.asarray(columns + ((signal - read) @ linear).reshape(columns.shape))
+    corrected = (signal - read) @ linear
+    corrected += columns.reshape(corrected.shape)
+    return np.asarray(corrected.reshape(columns.shape))
 
 
 def _weights(time_s: Array, there_s: Array) -> Array:
