@@ -135,20 +135,31 @@ def _wrong_values(problem: LinearProblem, lattices: Lattices, beside: Mask) -> D
     single: Mask = np.asarray(where.any(axis=1))
     if np.count_nonzero(where) < policy.least_spikes or _across_the_field(problem, residual, single):
         return None
-    seen = np.abs(problem.target[:, :1] if problem.mode == "strength" else residual / problem.sigma_nT)
-    far, peaks = np.zeros(len(seen), np.bool_), np.zeros(seen.shape, np.bool_)
-    quiet = _is_quiet(seen, policy)  # a far sample must then be wrong
-    for first, end in runs(np.asarray((seen > policy.far_sigma).any(axis=1))) if quiet else ():
-        far[first:end] = end - first <= policy.most_burst  # a body beside the path lasts longer
-    far &= ~beside
-    if problem.mode == "vector":  # the smaller ones too: their law is known by more of them
-        for first, end in runs(far):
-            sample, axis = np.unravel_index(np.argmax(seen[first:end]), seen[first:end].shape)
-            peaks[first + sample, axis] = seen[first + sample, axis] > policy.never_sigma
-        where = peaks if np.count_nonzero(peaks) >= policy.least_spikes else where
+    far, peaks = _far_runs(problem, residual, beside)
+    if problem.mode == "vector" and np.count_nonzero(peaks) >= policy.least_spikes:
+        where = peaks  # the smaller ones too: their law is known by more of them
     sizes_nT = np.abs(residual - np.median(residual, axis=0))[where]
     rate_hz, mean_nT = _spike_law(sizes_nT, len(residual) * problem.state.interval_s, policy.quarter)
     return _finding("outliers", single | far, rate_hz, mean_nT, stated=bool(_stated(problem, "outliers")))
+
+
+def _far_runs(problem: LinearProblem, residual: Array, beside: Mask) -> tuple[Mask, Mask]:
+    """Mask (n,) of short runs far from a quiet residual (n, 3), or strength, and mask (n, q) of the peak of each.
+
+    A body beside the path, or a base that does not fit, lasts longer. Samples (n,) `beside` are left out.
+    """
+    policy = problem.policy
+    seen = np.abs(problem.target[:, :1] if problem.mode == "strength" else residual / problem.sigma_nT)
+    far, peaks = np.zeros(len(seen), np.bool_), np.zeros(seen.shape, np.bool_)
+    if not _is_quiet(seen, policy):
+        return far, peaks
+    for first, end in runs(np.asarray((seen > policy.far_sigma).any(axis=1))):
+        far[first:end] = end - first <= policy.most_burst
+    far &= ~beside
+    for first, end in runs(far):
+        sample, axis = np.unravel_index(np.argmax(seen[first:end]), seen[first:end].shape)
+        peaks[first + sample, axis] = seen[first + sample, axis] > policy.never_sigma
+    return far, peaks
 
 
 def _isolated(problem: LinearProblem, lattices: Lattices, residual: Array) -> Mask:
@@ -178,9 +189,7 @@ def find_burst_peaks(problem: LinearProblem, left_nT: Array) -> Mask:
     seen = seen_nT / problem.sigma_nT[: seen_nT.shape[1]]
     if problem.still or not _is_quiet(np.abs(seen), policy):
         return found
-    single = np.full(len(found), by_strength)
-    if problem.compares_across and not by_strength:
-        single = _far(along_field(problem, left_nT / problem.sigma_nT)[0][:, None], policy)[0][:, 0]
+    single = np.ones(len(found), bool) if by_strength else _off_strength(problem, left_nT)
     gaps = pauses_after(problem.state.time_s, policy)
     single[np.intersect1d(gaps, gaps + 1)] = False
     stands_out, off = _far(seen, policy)
@@ -190,6 +199,13 @@ def find_burst_peaks(problem: LinearProblem, left_nT: Array) -> Mask:
             if end - first <= policy.most_burst and (end - first > 1 or single[at]):
                 found[at, _farthest(problem.recording.mag_nT, first, end, at) if by_strength else column] = True
     return found
+
+
+def _off_strength(problem: LinearProblem, left_nT: Array) -> Mask:
+    """Mask (n,) of outliers of the strength in the base's residual (n, 3); empty without a compared attitude."""
+    if not problem.compares_across:
+        return np.zeros(len(left_nT), bool)
+    return _far(along_field(problem, left_nT / problem.sigma_nT)[0][:, None], problem.policy)[0][:, 0]
 
 
 def _far(seen: Array, policy: Policy) -> tuple[Mask, Array]:

@@ -151,15 +151,20 @@ class RisingSpectrum:
         above = np.append(np.zeros(slow), power - np.minimum.accumulate(power))
         first, last = np.flatnonzero(above > policy.quarter * above.max())[[0, -1]]
         edges = np.append(np.sqrt(remaining.f[1:] * remaining.f[:-1]), 0.5 / interval_s)
-        of_names, of_excess, within = taken.power * taken.shape, above * taken.shape, slice(first, last + 1)
-        named, rest = float(of_names[within].sum()), float(of_excess[within].sum())
-        hides = float(of_names.sum()) / 2 < named < policy.fair_share * (named + rest)
+        hides = _hides(above, taken, slice(first, last + 1), policy)
         return cls(float(edges[first - 1]), float(edges[last]), hides)
 
     @property
     def words(self) -> str:
         """The frequency range in words."""
         return f"structure between {figure(self.low_hz, 2)} and {figure(self.high_hz, 2)} Hz"
+
+
+def _hides(above: Array, taken: Bands, within: slice, policy: Policy) -> bool:
+    """Whether most power of the names is in the range, and negligible beside the excess density `above` (m,)."""
+    of_names, of_excess = taken.power * taken.shape, above * taken.shape
+    named, rest = float(of_names[within].sum()), float(of_excess[within].sum())
+    return float(of_names.sum()) / 2 < named < policy.fair_share * (named + rest)
 
 
 def _limited(values: Array, policy: Policy) -> tuple[Array, float]:
