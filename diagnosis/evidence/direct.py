@@ -192,11 +192,12 @@ def find_burst_peaks(problem: LinearProblem, left_nT: Array) -> Mask:
     single = np.ones(len(found), bool) if by_strength else _off_strength(problem, left_nT)
     gaps = pauses_after(problem.state.time_s, policy)
     single[np.intersect1d(gaps, gaps + 1)] = False
+    least = np.where(single, 1, 2)
     stands_out, off = _far(seen, policy)
     for column, far in enumerate(stands_out.T):
         for first, end in runs(far):
             at = first + int(np.argmax(off[first:end, column]))
-            if end - first <= policy.most_burst and (end - first > 1 or single[at]):
+            if least[at] <= end - first <= policy.most_burst:
                 found[at, _farthest(problem.recording.mag_nT, first, end, at) if by_strength else column] = True
     return found
 
