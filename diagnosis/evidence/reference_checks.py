@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -35,10 +35,17 @@ def correct_reference(problem: LinearProblem) -> LinearProblem:
     """
     if (misread := find_misread_field(problem)) is not None:
         problem = pose_again(problem, problem.recording, misread.field_enu_nT, misread)
-    if (east := find_own_compass(problem)) is not None:
+    if (noises := find_own_compass(problem)) is not None:
         given, bare = problem.state.field_enu_nT, replace(problem.recording, att_q=None)
         level = Level.of(problem.state.R_wb, given, problem.policy)
-        problem = pose_again(problem, bare, None, east.correction(given, STEEP if level is None else COMPASS), level)
+        noise_nT, other_nT = (figure(max(noise, LEAST_SHOWN_NT)) for noise in noises)
+        figures = (
+            "Log a heading of another instrument: towards magnetic east, where a heading shows, the field has "
+            f"{noise_nT} nT of noise, elsewhere {other_nT} nT. The logged one repeats the magnetometer's errors, and "
+            "was left out."
+        )
+        correction = ReferenceCorrection(STEEP if level is None else COMPASS, figures, given)
+        problem = pose_again(problem, bare, None, correction, level)
     return problem
 
 
@@ -83,77 +90,47 @@ def find_misread_field(problem: LinearProblem) -> ReferenceCorrection | None:
     return ReferenceCorrection(words, figures, read)
 
 
-@dataclass(frozen=True)
-class HeadingEvidence:
-    """Noise of a sample and calibrated residual in nT, towards magnetic east and in the quieter other direction.
-
-    The other direction is north or along the field: tilt errors act on the first, a noisy sensor axis on the second.
-    """
-
-    noise_nT: float
-    rms_nT: float
-    other_noise_nT: float
-    other_rms_nT: float
-
-    def correction(self, field_enu_nT: Array, words: str) -> ReferenceCorrection:
-        """The correction in words; `words`: the quantities compared in place of the vector."""
-        noise_nT = max(self.noise_nT, LEAST_SHOWN_NT)
-        figures = (
-            "Log a heading of another instrument: towards magnetic east, where a heading shows, the field has "
-            f"{figure(noise_nT)} nT of noise, elsewhere {figure(self.other_noise_nT)} nT. The logged one repeats the "
-            "magnetometer's errors, and was left out."
-        )
-        return ReferenceCorrection(words, figures, field_enu_nT)
-
-    def is_silent(self, policy: Policy) -> bool:
-        """Whether east has less noise than the sensor itself, and a smaller gap."""
-        quieter = self.noise_nT < policy.compass_noise * self.other_noise_nT
-        return quieter and self.rms_nT < policy.half * self.other_rms_nT
-
-
-def find_own_compass(problem: LinearProblem) -> HeadingEvidence | None:
+def find_own_compass(problem: LinearProblem) -> tuple[float, float] | None:
     """Evidence that navigation's heading was computed from the magnetometer under test; None without evidence.
 
-    ``k . (D m - d) = 0`` for some D and d, ``k = R_wb^T e``, e magnetic east: the definition of a tilt-compensated
-    heading with any calibration. D and d are the least right singular vector of the rows of k and m. An independent
-    heading has noise of its own, which makes east the noisier direction; a heading computed from m has none. Vector
-    mode only, and only where the motion determines D.
+    Noise of a sample in nT towards magnetic east, and in the quieter of the other directions: north, where tilt errors
+    act, and along the field, where a noisy sensor axis acts. An independent heading has noise of its own, which makes
+    east the noisier direction; a heading computed from the magnetometer has less there than the sensor itself, and a
+    smaller residual. Vector mode only, and only where the motion determines the heading's calibration.
     """
-    F = problem.state.field_enu_nT
+    F, used, policy = problem.state.field_enu_nT, problem.usable > 0, problem.policy
     if problem.mode != "vector" or problem.relative or not np.hypot(*F[:2]):
         return None
     calibration: Array = np.asarray(np.linalg.pinv(problem.turn, rcond=1e-9), dtype=np.float64)
-    towards_east = _east_nT(problem, calibration)
-    if towards_east is None:
-        return None
-    parts = np.column_stack([towards_east, *_other_directions_nT(problem, calibration).T])
-    noise, size = sample_noise(parts), column_rms(parts)
-    found = HeadingEvidence(float(noise[0]), float(size[0]), float(noise[1:].min()), float(size[1:].min()))
-    return found if found.is_silent(problem.policy) else None
-
-
-def _other_directions_nT(problem: LinearProblem, calibration: Array) -> Array:
-    """Residual (n, 2) of the base in nT towards magnetic north, and along the field."""
-    F, used = problem.state.field_enu_nT, problem.usable > 0
-    residual_nT = (problem.recording.mag_nT - problem.clean_nT)[used] @ calibration.T
-    level, along = (
-        to_body(problem.state.R_wb[used], vector[None] / np.linalg.norm(vector)) for vector in (F * [1, 1, 0], F)
+    mag_nT, R_wb = problem.recording.mag_nT[used], problem.state.R_wb[used]
+    east, north, along = (
+        to_body(R_wb, vector[None] / np.linalg.norm(vector)) for vector in (F[[1, 0, 2]] * [-1, 1, 0], F * [1, 1, 0], F)
     )
-    return np.column_stack([np.einsum("ni,ni->n", level, residual_nT), np.einsum("ni,ni->n", along, residual_nT)])
+    east_nT = _own_east_nT(east, mag_nT, float(np.linalg.norm(F)), calibration, policy)
+    if east_nT is None:
+        return None
+    residual_nT = (mag_nT - problem.clean_nT[used]) @ calibration.T
+    parts = np.column_stack([east_nT, (north * residual_nT).sum(axis=1), (along * residual_nT).sum(axis=1)])
+    (noise, *others), (size, *sizes) = sample_noise(parts).tolist(), column_rms(parts).tolist()
+    silent = noise < policy.compass_noise * min(others) and size < policy.half * min(sizes)
+    return (noise, min(others)) if silent else None
 
 
-def _east_nT(problem: LinearProblem, calibration: Array) -> Array | None:
-    """``k . (D m - d)`` (n,) in nT for the least-squares D and d, D scaled to the size of a calibration (3, 3)."""
-    F, used = problem.state.field_enu_nT, problem.usable > 0
-    k = to_body(problem.state.R_wb, np.array([[-F[1], F[0], 0.0]]) / np.hypot(*F[:2]))[used]
-    m = problem.recording.mag_nT[used] / np.linalg.norm(F)
+def _own_east_nT(k: Array, mag_nT: Array, strength_nT: float, calibration: Array, policy: Policy) -> Array | None:
+    """``k . (D m - d)`` (n,) in nT for the D and d that make k . (D m - d) least, k (n, 3) towards magnetic east.
+
+    ``k . (D m - d) = 0`` is the definition of a tilt-compensated heading with any calibration: D and d are the least
+    right singular vector of the rows of k and m, D scaled to a calibration (3, 3). None where D is far worse
+    conditioned.
+    """
+    m = mag_nT / strength_nT
     turned = (k[:, :, None] * (m - m.mean(axis=0))[:, None, :]).reshape(len(k), 9)
     rows = np.concatenate([turned, k], axis=1)
     least = np.linalg.eigh(rows.T @ rows)[1][:, 0]
     D = least[:9].reshape(3, 3)
-    if np.linalg.cond(D) > problem.policy.much_larger * np.linalg.cond(calibration):
+    if np.linalg.cond(D) > policy.much_larger * np.linalg.cond(calibration):
         return None
-    return np.asarray(rows @ least * (np.linalg.norm(F) * np.linalg.norm(calibration) / np.linalg.norm(D)))
+    return np.asarray(rows @ least * (strength_nT * np.linalg.norm(calibration) / np.linalg.norm(D)))
 
 
 def gap_beside_iron_nT(mag_nT: Array, field_nT: Array) -> float:
