@@ -98,22 +98,27 @@ def find_own_compass(problem: LinearProblem) -> tuple[float, float] | None:
     east the noisier direction; a heading computed from the magnetometer has less there than the sensor itself, and a
     smaller residual. Vector mode only, and only where the motion determines the heading's calibration.
     """
-    F, used, policy = problem.state.field_enu_nT, problem.usable > 0, problem.policy
-    if problem.mode != "vector" or problem.relative or not np.hypot(*F[:2]):
+    level_nT = np.hypot(*problem.state.field_enu_nT[:2])
+    parts = _parts_nT(problem) if problem.mode == "vector" and not problem.relative and level_nT else None
+    if parts is None:
         return None
+    (noise, *others), (size, *sizes) = sample_noise(parts).tolist(), column_rms(parts).tolist()
+    silent = noise < problem.policy.compass_noise * min(others) and size < problem.policy.half * min(sizes)
+    return (noise, min(others)) if silent else None
+
+
+def _parts_nT(problem: LinearProblem) -> Array | None:
+    """Calibrated residual (n, 3) in nT: of a heading's own calibration towards magnetic east, then north, along F."""
+    F, used = problem.state.field_enu_nT, problem.usable > 0
     calibration: Array = np.asarray(np.linalg.pinv(problem.turn, rcond=1e-9), dtype=np.float64)
     mag_nT, R_wb = problem.recording.mag_nT[used], problem.state.R_wb[used]
-    east, north, along = (
-        to_body(R_wb, vector[None] / np.linalg.norm(vector)) for vector in (F[[1, 0, 2]] * [-1, 1, 0], F * [1, 1, 0], F)
-    )
-    east_nT = _own_east_nT(east, mag_nT, float(np.linalg.norm(F)), calibration, policy)
+    axes = (F[[1, 0, 2]] * [-1, 1, 0], F * [1, 1, 0], F)
+    east, *others = (to_body(R_wb, axis[None] / np.linalg.norm(axis)) for axis in axes)
+    east_nT = _own_east_nT(east, mag_nT, float(np.linalg.norm(F)), calibration, problem.policy)
     if east_nT is None:
         return None
     residual_nT = (mag_nT - problem.clean_nT[used]) @ calibration.T
-    parts = np.column_stack([east_nT, (north * residual_nT).sum(axis=1), (along * residual_nT).sum(axis=1)])
-    (noise, *others), (size, *sizes) = sample_noise(parts).tolist(), column_rms(parts).tolist()
-    silent = noise < policy.compass_noise * min(others) and size < policy.half * min(sizes)
-    return (noise, min(others)) if silent else None
+    return np.column_stack([east_nT, *((other * residual_nT).sum(axis=1) for other in others)])
 
 
 def _own_east_nT(k: Array, mag_nT: Array, strength_nT: float, calibration: Array, policy: Policy) -> Array | None:

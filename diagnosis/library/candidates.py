@@ -113,8 +113,7 @@ class Candidate:
         if self.effect.linear:
             plain = [self.effect.basis(state, signal, (PLAIN,), **{**given, **phase}) for phase in phases]
             fuller = [self.effect.basis(state, signal, self.forms, **{**given, **phases[0]})] if self.forms else []
-            parts = [*map(self.seen, plain), *fuller]
-            return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=2)
+            return _side_by_side([*map(self.seen, plain), *fuller])
         small = [{name: value} for name, values in self.effect.tangents.items() for value in values] or [{}]
         effects, rng = (self.effect(**{**given, **values}) for values in small), np.random.default_rng(0)
         return np.stack([effect.contribution(state, signal, rng, {}) for effect in effects], axis=2)
@@ -186,6 +185,11 @@ class Candidate:
         course_nT = np.einsum("nij,nj->ni", state.R_wb, self.contribution_nT(problem) @ c)
         passed_s = float(state.time_s[-1] - state.time_s[0])
         return float(np.linalg.norm(np.ptp(course_nT, axis=0))) < fastest_nT_s * passed_s
+
+
+def _side_by_side(parts: list[Array]) -> Array:
+    """Columns (n, 3, k) of several groups; no copy of a single group, which is large for a long recording."""
+    return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=2)
 
 
 def select_samples(state: State, samples: slice) -> State:
