@@ -157,7 +157,7 @@ NOTHING: Mapping[str, Mapping[str, Neutral]] = {
         "_may_be_one_channel": answer(value=False),
     },
     "repair.named_effects": {"missing_white_noise": answer(None)},
-    "evidence.residual_tests": {"_rises": answer(value=False)},
+    "evidence.rising_spectrum": {"_rises": answer(value=False)},
 }
 """By module of `diagnosis`: what each rule answers when it is off."""
 RULES = {

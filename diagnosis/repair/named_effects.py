@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from diagnosis.decision.conclusion import Conclusion
 from diagnosis.evidence.direct import DirectFinding
-from diagnosis.evidence.residual_tests import missing_white_noise
+from diagnosis.evidence.white_noise import missing_white_noise
 from diagnosis.problem.blocks import fit, inflation
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.repair.refinement import chain_residual, refine
