@@ -121,7 +121,7 @@ def simulated_nT(recording: Recording, model: Model, policy: Policy = STANDARD) 
 
 def _field_enu_nT(given: FieldSpec, track: FieldTrack | None) -> Array:
     """Field (3,) of the model; for a model by date, at the middle of the track if there is a track."""
-    return earth_field_enu_nT(given) if track is None or given.enu_nT is not None else track.field_enu_nT(given)
+    return earth_field_enu_nT(given) if track is None or given.enu_nT is not None else track.field_enu_nT
 
 
 def pose_again(

@@ -28,14 +28,10 @@ ANY_DATE = datetime.date(2025, 1, 1)
 
 @dataclass(frozen=True)
 class FieldTrack:
-    """The middle place (latitude, longitude in degrees, altitude in m), and the field's change along the track.
+    """The field model (3,) east, north, up in nT at the middle place, and its change (n, 3) along the track."""
 
-    change_enu_nT (n, 3): of the vector; change_nT (n,): of its strength.
-    """
-
-    middle: tuple[float, ...]
+    field_enu_nT: Array
     change_enu_nT: Array
-    change_nT: Array
 
     @classmethod
     def of(cls, recording: Recording, field: FieldSpec | None) -> FieldTrack | None:
@@ -54,21 +50,21 @@ class FieldTrack:
         nodes = known[np.unique(np.linspace(0, len(known) - 1, NODES).astype(int))]
         date = ANY_DATE if field is None or field.date is None else field.date
         here, *there = earth_field_along(np.vstack([middle, places[nodes]]), date)
-        strength = np.linalg.norm(there, axis=1) - np.linalg.norm(here)
-        changes, at_s = np.column_stack([np.array(there) - here, strength]), recording.time_s[nodes]
+        changes, at_s = np.array(there) - here, recording.time_s[nodes]
         if len(nodes) == 1:
             changes, at_s = np.repeat(changes, 2, axis=0), at_s + np.arange(2.0)
         # a cubic without overshoot, constant outside
-        change = PchipInterpolator(at_s, changes)(np.clip(recording.time_s, at_s[0], at_s[-1]))
-        return cls(tuple(map(float, middle)), change[:, :3], change[:, 3])
+        return cls(here, PchipInterpolator(at_s, changes)(np.clip(recording.time_s, at_s[0], at_s[-1])))
+
+    @property
+    def change_nT(self) -> Array:
+        """Change (n,) of the field's strength along the track."""
+        here = self.field_enu_nT
+        return np.asarray(np.linalg.norm(here + self.change_enu_nT, axis=1) - np.linalg.norm(here))
 
     def at(self, samples: NDArray[np.bool_]) -> FieldTrack:
         """The track at selected samples."""
-        return FieldTrack(self.middle, self.change_enu_nT[samples], self.change_nT[samples])
-
-    def field_enu_nT(self, given: FieldSpec) -> Array:
-        """Vector (3,) of the field model at the middle place on a given date."""
-        return np.asarray(earth_field_along(np.array([self.middle]), given.date or ANY_DATE)[0])
+        return replace(self, change_enu_nT=self.change_enu_nT[samples])
 
 
 def _places(recording: Recording, field: FieldSpec | None) -> tuple[Array, Array | None]:

@@ -92,8 +92,7 @@ def state_of(
     """
     n, time_s = len(recording), recording.time_s - recording.time_s[0]
     if field_rate_nT_s is None:
-        turned = smoothed_derivative(field_nT, time_s) if rate_rad_s is None else -cross(rate_rad_s, field_nT)
-        field_rate_nT_s = turned
+        field_rate_nT_s = smoothed_derivative(field_nT, time_s) if rate_rad_s is None else -cross(rate_rad_s, field_nT)
     return State(
         time_s=time_s,
         interval_s=float(np.median(np.diff(time_s))),  # of what was sampled, not of gaps and bursts
@@ -126,6 +125,5 @@ def quieter_rate(recording: Recording, policy: Policy) -> Array:
     assert q is not None
     if gyro is None:
         return derived
-    repeated_share = np.mean((np.diff(q, axis=0) == 0).all(axis=1))
-    quieter = sample_noise(gyro).sum() < sample_noise(derived).sum()
-    return gyro if repeated_share > policy.little or quieter else derived
+    again = np.mean((np.diff(q, axis=0) == 0).all(axis=1))
+    return gyro if again > policy.little or sample_noise(gyro).sum() < sample_noise(derived).sum() else derived

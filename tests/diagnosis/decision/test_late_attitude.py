@@ -104,7 +104,7 @@ def test_rows_of_an_unknown_attitude_are_not_reached_into() -> None:
 def test_the_lead_is_sought_in_the_field_along_the_track() -> None:
     change = np.linspace(-3000.0, 3000.0, len(TIME_S))[:, None] * [0.2, 1.0, 0.7]
     mag_nT = to_body(matrix_from_q(hand_q(TIME_S)), FIELD_ENU_NT + change)
-    track = FieldTrack((50.0, 10.0, 5e5), change, np.zeros(len(TIME_S)))
+    track = FieldTrack(FIELD_ENU_NT, change)
     problem = replace(posed(mag_nT, hand_q(TIME_S - 0.05)), track=track)
     assert lead_gap_nT(problem, course_of(problem), 0.05) < 1.0
 

@@ -122,7 +122,7 @@ def test_the_earths_field_passes_through_the_turn_and_what_is_behind_the_iron_do
 def test_along_a_track_a_problem_is_posed_anew_with_its_field() -> None:
     given = recording(300)
     change = np.linspace(-3000.0, 3000.0, 300)[:, None] * [0.2, 1.0, 0.7]
-    before = replace(problem(given), track=FieldTrack((50.0, 10.0, 5e5), change, np.zeros(300)))
+    before = replace(problem(given), track=FieldTrack(FIELD_ENU_NT, change))
     anew = pose_again(before, given, FIELD_ENU_NT, ReferenceCorrection("", "", FIELD_ENU_NT))
     strength_nT = np.linalg.norm(FIELD_ENU_NT + change, axis=1)
     assert np.linalg.norm(anew.state.field_nT, axis=1) == pytest.approx(strength_nT)
