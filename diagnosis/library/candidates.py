@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -214,14 +213,8 @@ def propose_candidates(problem: LinearProblem, without: frozenset[str] = frozens
 
     without : names of effects left out.
     """
-    return {
-        effect.name: [
-            Candidate(effect, tuple(values.items()), span=_span(effect, problem))
-            for values in _settings(effect, problem)
-        ]
-        for effect in EFFECTS
-        if effect.name not in without and _is_proposed(effect, problem)
-    }
+    proposed = (effect for effect in EFFECTS if effect.name not in without and _is_proposed(effect, problem))
+    return {effect.name: _settings(effect, problem) for effect in proposed}
 
 
 def iron_candidates() -> dict[str, list[Candidate]]:
@@ -263,23 +256,20 @@ def _above_noise(effect: type[Effect], name: str, problem: LinearProblem) -> tup
     it is fitted. So would a lag of the field's rate derived from the measurement: a slope excludes the current sample,
     a lagged slope does not.
     """
-    listed = effect.search[name]
-    unit = next(p.unit for p in effect.parameters() if p.name == name)
-    if problem.mode != "strength":
-        return listed
-    if unit == "s" and "rate" in effect.needs and body_rate(problem.recording) is None:
+    listed, unit = effect.search[name], next(p.unit for p in effect.parameters() if p.name == name)
+    if problem.mode == "strength" and unit == "s" and "rate" in effect.needs and body_rate(problem.recording) is None:
         return listed[:1]
-    if unit != "nT":
+    if problem.mode != "strength" or unit != "nT":
         return listed
     least = problem.policy.least_loop * float(problem.sigma_nT.max())
     return tuple(value for value in listed if np.min(value) >= least) or listed[-1:]
 
 
-def _settings(effect: type[Effect], problem: LinearProblem) -> Iterator[dict[str, Any]]:
+def _settings(effect: type[Effect], problem: LinearProblem) -> list[Candidate]:
+    """The candidates of an effect at every combination of its listed values, for all motors together and for each."""
     grid: dict[str, tuple[Any, ...]] = {name: _above_noise(effect, name, problem) for name in effect.search}
-    motor = effect.with_role("motor")
-    if motor:
+    if motor := effect.with_role("motor"):
         motors = problem.state.motors
         grid[motor] = (0, *motors) if len(motors) > 1 else (0,)
-    for values in itertools.product(*grid.values()):
-        yield dict(zip(grid, values, strict=True))
+    several, span = itertools.product(*grid.values()), _span(effect, problem)
+    return [Candidate(effect, tuple(zip(grid, values, strict=True)), span=span) for values in several]

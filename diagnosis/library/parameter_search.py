@@ -88,11 +88,7 @@ def _gains_of_columns(problem: LinearProblem, inverse: Array, residual: Array, E
 
 
 def _own_noise(problem: LinearProblem, E: Array) -> Array:
-    """Squares (n,) of the noise of the measured direction in columns E (n, q, k), over the shorter part at each time.
-
-    The direction is a measurement too, with noise like the strength's: a short section at rest would explain noise by
-    noise.
-    """
+    """Squares (n,) of noise in columns E (n, q, k), in the shorter part: the field's direction is a measurement too."""
     noise = float(problem.sigma_nT[0] / np.linalg.norm(problem.state.field_nT[0]))
     share = max((OWN_NOISE * noise) ** 2, LEAST_SHARE)
     after = _sums_to_end(problem.usable)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -61,13 +61,13 @@ class Cut:
         return out
 
 
-def held_out_folds(policy: Policy) -> Iterator[NDArray[np.bool_]]:
-    """Masks (splits,) of the folds that each split holds out; the remaining folds are trained on.
+def held_out_folds(policy: Policy) -> NDArray[np.bool_]:
+    """Masks (splits, folds) of the folds that each split holds out; the remaining folds are trained on.
 
     The first split trains on the start, the initial state of effects with memory, and on the end.
     """
-    for split in range(1, policy.splits + 1):
-        yield np.asarray((np.arange(policy.splits) - split) % policy.splits < policy.held_segments)
+    folds = np.arange(policy.splits)
+    return np.asarray((folds - folds[:, None] - 1) % policy.splits < policy.held_segments)
 
 
 @dataclass(frozen=True)

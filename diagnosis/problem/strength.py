@@ -112,8 +112,7 @@ def dip_columns(output_axes: Array) -> Array:
 def _attitude(field_nT: Array, field_enu_nT: Array, dip: Dip | None) -> Array:
     """Attitudes (n, 3, 3) that turn a measured field (n, 3) to the given one, and, with a dip, down towards down.
 
-    Without a dip the turn about the field is unknown and any: of a field in the Earth's axes the strength shows only
-    the part along the given field. Down is then the axis on which either field has least.
+    Without a dip the turn about the field is unknown and any.
     """
     down, down_enu = (np.eye(3)[np.abs(field).argmin(axis=1)] for field in (field_nT, field_enu_nT[None]))
     if dip is not None:
