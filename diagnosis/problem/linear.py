@@ -26,8 +26,8 @@ from validation.signals.neighbours import by_neighbours
 Mode = Literal["vector", "strength"]
 FOLLOWS_CHANNEL = next(effect for effect in EFFECTS if effect.with_role("channel"))
 """The effect that follows any channel."""
-UNSEEN_BY_STRENGTH = frozenset({"attitude", "position"})
-"""Inputs of effects that are not observable in the strength alone."""
+IN_EARTH_FRAME = frozenset({"attitude", "position"})
+"""Inputs of effects that are not observable in the strength alone, nor between two magnetometers: common to both."""
 LEAST_NOISE = 1e-6
 """Least noise in nT, for a vanishing residual."""
 
@@ -183,7 +183,7 @@ class LinearProblem:
         if self.mode != "strength":
             return tuple(sorted(needs - self.inputs))
         of_time = effect.traits.field_source and needs == {"attitude"}
-        return () if of_time else tuple(sorted(needs - (self.inputs - UNSEEN_BY_STRENGTH)))
+        return () if of_time else tuple(sorted(needs - (self.inputs - IN_EARTH_FRAME)))
 
     def matrix_behind(self, effect: type[Effect]) -> Array:
         """Matrix (3, 3) from an effect's contribution, at its place in the chain, to the measured field.

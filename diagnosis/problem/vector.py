@@ -9,7 +9,7 @@ import numpy as np
 from calib.numerics.rates import body_rate, smoothed_derivative
 from diagnosis.policy import Policy
 from diagnosis.problem.given_field import FieldTrack
-from diagnosis.problem.linear import LinearProblem, held, noise_of_neighbours, sample_noise
+from diagnosis.problem.linear import IN_EARTH_FRAME, LinearProblem, held, noise_of_neighbours, sample_noise
 from diagnosis.problem.model_effects import beyond_iron_nT, fitted_iron, pose_without_model_effects
 from diagnosis.problem.motion import measured, motion_of, state_of
 from recordings import Recording
@@ -27,8 +27,6 @@ motion does not determine them.
 """
 STEPS = 3
 """Steps to the matrix, and to the model's effects behind it: each squares the error of the preceding step."""
-UNSEEN = frozenset({"attitude", "position"})
-"""Inputs of effects not observable between two magnetometers: fields of the Earth's frame act on either."""
 
 
 def vector_problem(
@@ -85,7 +83,7 @@ def relative_problem(
     bare = replace(recording, att_q=None, pos_enu_m=None)
     own = {name: x for name, x in recording.channels.items() if name not in REFERENCE}
     seen = replace(bare, channels=own, gyro_rad_s=body_rate(recording))
-    kept = tuple(effect for effect in without_iron(effects) if not UNSEEN & set(effect.needs))
+    kept = tuple(effect for effect in without_iron(effects) if not IN_EARTH_FRAME & set(effect.needs))
     state = _reference_state(seen, reference_nT, policy)
     predicted_nT, _ = apply_deterministic(kept, state)
     problem = _about_iron(seen, state, predicted_nT, policy)
