@@ -46,9 +46,10 @@ class BinnedRows:
         starts = np.arange(0, len(time_s), -(-len(time_s) // policy.most_rows))
         rows = cls(time_s, usable, starts, np.zeros(0), np.zeros(0), policy)
         each = base if base.ndim == 3 else np.repeat(base[:, None], target.shape[1], axis=1)
-        along = None if output_axes is None else _means(output_axes, starts)
+        if output_axes is not None:
+            output_axes = np.add.reduceat(output_axes, starts) / np.diff(starts, append=len(time_s))[:, None, None]
         taken = rows.bin(each), rows.bin(target)
-        return cls(time_s, usable, starts, *taken, policy, along, common=base.ndim == 3)
+        return cls(time_s, usable, starts, *taken, policy, output_axes, common=base.ndim == 3)
 
     def bin(self, values: Array) -> Array:
         """Row sums (n, ...) of values (N, ...) over the root of the number of usable samples."""
@@ -114,8 +115,3 @@ class BinnedRows:
                 break
             rows = replace(self, fold_s=rows.segment_s / 2)
         return rows
-
-
-def _means(values: Array, starts: NDArray[np.int64]) -> Array:
-    """Means (n, ...) of values (N, ...) from each start to the next."""
-    return np.asarray(np.add.reduceat(values, starts, axis=0) / np.diff(starts, append=len(values))[:, None, None])

@@ -54,19 +54,17 @@ class NoiseModel:
         noise and a random walk of the axes alone.
         """
         longest_s = policy.longest_memory * len(residual) * interval_s
-        tau_s = np.geomspace(policy.shortest_memory * interval_s, longest_s, policy.memories)
-        tau_s = tau_s[-1:] if walking else tau_s
+        tau_s = np.geomspace(policy.shortest_memory * interval_s, longest_s, policy.memories)[-1 if walking else 0 :]
         f, power, lines = _bands(residual, interval_s, policy)
         own = np.concatenate([np.ones((1, len(f))), ou_density(f, tau_s, interval_s)])[: 1 if walking else None]
-        total = residual.var(axis=0)
+        total, turning = residual.var(axis=0), np.zeros(0)
         if output_axes is None:
-            variance, turning = _fitted(_even(total, len(own)), own, power, lines), np.zeros(0)
+            variance = _fitted(np.repeat(total[:, None] / len(own), len(own), axis=1), own, power, lines)
         else:
             seen = [seen_density(axis, tau_s, interval_s, policy) for axis in output_axes.swapaxes(0, 1)]
             variance, turning = _with_wander(own, total, np.stack(seen), power, lines)
         white = np.maximum(variance[:, 0], LEAST_WHITE * np.maximum(total, LEAST_POWER))
-        slow = np.zeros((len(total), 1)) if walking else variance[:, 1:]
-        return cls(tau_s, white, slow, turning, output_axes)
+        return cls(tau_s, white, np.zeros((len(total), 1)) if walking else variance[:, 1:], turning, output_axes)
 
     def whitened(self, time_s: Array, usable: Array, columns: Array) -> tuple[Array, Array]:
         """Columns (n, q, w) as innovations over their standard deviation, and ln S (n, q) of the innovations.
@@ -74,23 +72,20 @@ class NoiseModel:
         A Kalman filter with transition ``exp(-dt / tau_j)`` at the true times; unusable rows do not update the state.
         """
         if self.output_axes is not None and self.turning.size:
-            return _innovations(time_s, usable, columns, self.white, *self._processes(self.output_axes))
+            n, q, _ = self.output_axes.shape
+            slow, turning = self.slow > LEAST_SLOW * self.white[:, None], self.turning > LEAST_SLOW * self.white.min()
+            whose, which = np.nonzero(slow)
+            tau_s = np.concatenate([self.tau_s[which], np.repeat(self.tau_s[turning], 3)])
+            variance = np.concatenate([self.slow[slow], np.repeat(self.turning[turning], 3)])
+            own = np.broadcast_to(np.arange(q)[:, None] == whose, (n, q, len(whose)))
+            seen = np.concatenate([own, np.tile(self.output_axes, turning.sum())], axis=2)
+            return _innovations(time_s, usable, columns, self.white, tau_s, variance, seen)
         parts = []
-        for a, slow in enumerate(self.slow):
-            there, white = slow > LEAST_SLOW * self.white[a], self.white[[a]]
-            parts.append(_innovations(time_s, usable, columns[:, [a]], white, self.tau_s[there], slow[there]))
+        for a, own in enumerate(self.slow):
+            there, white = own > LEAST_SLOW * self.white[a], self.white[[a]]
+            parts.append(_innovations(time_s, usable, columns[:, [a]], white, self.tau_s[there], own[there]))
         out, ln_S = (np.concatenate(part, axis=1) for part in zip(*parts, strict=True))
         return out, ln_S
-
-    def _processes(self, output_axes: Array) -> tuple[Array, Array, Array]:
-        """Time constants (m,), variances (m,) and output projections (n, q, m) of all active processes."""
-        n, q, _ = output_axes.shape
-        slow, turning = self.slow > LEAST_SLOW * self.white[:, None], self.turning > LEAST_SLOW * self.white.min()
-        whose, which = np.nonzero(slow)
-        tau_s = np.concatenate([self.tau_s[which], np.repeat(self.tau_s[turning], 3)])
-        variance = np.concatenate([self.slow[slow], np.repeat(self.turning[turning], 3)])
-        own = np.broadcast_to(np.arange(q)[:, None] == whose, (n, q, len(whose)))
-        return tau_s, variance, np.concatenate([own, np.tile(output_axes, turning.sum())], axis=2)
 
 
 def _innovations(
@@ -111,23 +106,16 @@ def _innovations(
     return out.reshape(n, q, w), ln_S.reshape(n, q) + (usable > 0)[:, None] * np.log(white)
 
 
-def _even(total: Array, p: int) -> Array:
-    """Variances (q, p): each output's variance in equal parts for p processes."""
-    return np.repeat(total[:, None] / p, p, axis=1)
-
-
 def _with_wander(own: Array, total: Array, seen: Array, power: Array, lines: Array) -> tuple[Array, Array]:
-    """Variances (q, J + 1) of each output's own processes, and (J,) of a wander with spectra (q, J, m).
+    """Variances (q, p) of each output's own processes with spectra (p, m), and (J,) of a wander with spectra (q, J, m).
 
-    One likelihood of all outputs, with powers (q, m) in bands of lines (m,).
+    One likelihood of all outputs of variance total (q,), with powers (q, m) in bands of lines (m,).
     """
-    (q, J, m), p = seen.shape, len(own)
-    shapes = np.zeros((q * p + J, q * m))
-    for a in range(q):
-        shapes[a * p : (a + 1) * p, a * m : (a + 1) * m] = own
-        shapes[q * p :, a * m : (a + 1) * m] = seen[a]
-    start = _even(total, p + J)[:, :p].ravel()
-    variance = _fitted(np.append(start, np.full(J, start.min()))[None], shapes, power.reshape(1, -1), np.tile(lines, q))
+    q, J, _ = seen.shape
+    p = len(own)
+    shapes = np.concatenate([np.kron(np.eye(q), own), np.concatenate(seen, axis=1)])
+    start = np.append(np.repeat(total / (p + J), p), np.full(J, total.min() / (p + J)))
+    variance = _fitted(start[None], shapes, power.reshape(1, -1), np.tile(lines, q))
     return variance[0, : q * p].reshape(q, p), variance[0, q * p :]
 
 
