@@ -19,7 +19,7 @@ FLOOR = 1e-12
 one where nothing has an effect: all numbers are at their bounds."""
 ROWS = 20_000
 """Rows of a Jacobian that are multiplied at a time."""
-FORETOLD = 0.1
+FORETOLD = 0.5
 """Part of a step's change that a Jacobian may miss and still be corrected, in place of being taken anew."""
 
 

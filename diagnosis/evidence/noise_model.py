@@ -72,20 +72,23 @@ class NoiseModel:
         A Kalman filter with transition ``exp(-dt / tau_j)`` at the true times; unusable rows do not update the state.
         """
         if self.output_axes is not None and self.turning.size:
-            n, q, _ = self.output_axes.shape
-            slow, turning = self.slow > LEAST_SLOW * self.white[:, None], self.turning > LEAST_SLOW * self.white.min()
-            whose, which = np.nonzero(slow)
-            tau_s = np.concatenate([self.tau_s[which], np.repeat(self.tau_s[turning], 3)])
-            variance = np.concatenate([self.slow[slow], np.repeat(self.turning[turning], 3)])
-            own = np.broadcast_to(np.arange(q)[:, None] == whose, (n, q, len(whose)))
-            seen = np.concatenate([own, np.tile(self.output_axes, turning.sum())], axis=2)
-            return _innovations(time_s, usable, columns, self.white, tau_s, variance, seen)
+            return _innovations(time_s, usable, columns, self.white, *self._processes(self.output_axes))
         parts = []
         for a, own in enumerate(self.slow):
             there, white = own > LEAST_SLOW * self.white[a], self.white[[a]]
             parts.append(_innovations(time_s, usable, columns[:, [a]], white, self.tau_s[there], own[there]))
         out, ln_S = (np.concatenate(part, axis=1) for part in zip(*parts, strict=True))
         return out, ln_S
+
+    def _processes(self, output_axes: Array) -> tuple[Array, Array, Array]:
+        """Time constants (m,), variances (m,) and output projections (n, q, m) of all active processes."""
+        n, q, _ = output_axes.shape
+        slow, turning = self.slow > LEAST_SLOW * self.white[:, None], self.turning > LEAST_SLOW * self.white.min()
+        whose, which = np.nonzero(slow)
+        tau_s = np.concatenate([self.tau_s[which], np.repeat(self.tau_s[turning], 3)])
+        variance = np.concatenate([self.slow[slow], np.repeat(self.turning[turning], 3)])
+        own = np.broadcast_to(np.arange(q)[:, None] == whose, (n, q, len(whose)))
+        return tau_s, variance, np.concatenate([own, np.tile(output_axes, turning.sum())], axis=2)
 
 
 def _innovations(
