@@ -1,4 +1,4 @@
-"""The question of a diagnosis: the model, the known field, and the channels of motors."""
+"""The question of a diagnosis, of model, known field and channels of motors, and its answer."""
 
 from __future__ import annotations
 
@@ -9,18 +9,27 @@ from typing import Any, Self
 
 import numpy as np
 
+from calib.numerics.threads import one_thread
+from diagnosis.next_leg.advice import advised
 from diagnosis.policy import STANDARD, Policy
 from diagnosis.problem.formulation import pose_model
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.problem.sensors import BY_MODEL, model_of_sensor, needs_field, one_sensor, with_actuators
-from diagnosis.sources import Source
+from diagnosis.result import Diagnosis
+from diagnosis.several.confirmation import confirmed
+from diagnosis.several.result import PooledDiagnosis
+from diagnosis.several.workflow import check_apart, diagnose_sensors, diagnose_together
+from diagnosis.sources import Source, of_one_array
+from diagnosis.workflow import Progress, diagnosis_of, examine
 from recordings import Recording
 from recordings.channels import may_be_cause
 from scenarios.arrays import Array
 from scenarios.errors import errors_relocated
+from sim.pool import Tasks
 from sim.scenario import Model, ModelSpec, load_model
 from validation.calibrating.reference import told_field
 
+CONFIRM = "--confirm"
 Field = tuple[Array | None, float | None]
 """The field vector (3,) and the strength in nT; None where unknown."""
 
@@ -74,8 +83,47 @@ class Question:
         model = self.model_for(source)
         return pose_model(recording, model, *known, iron_known=not self.fitted_base, policy=self.policy)
 
-    def problem(self, source: Source) -> LinearProblem:
-        """The linear problem of a source; error messages about the recording begin with the source's name."""
-        recording = self.recording(source)
+
+@one_thread()
+def answer(
+    question: Question,
+    sources: Sequence[Source],
+    confirm: Source | None = None,
+    say: Progress = lambda what: None,
+    cluster: Tasks | None = None,
+) -> Diagnosis | PooledDiagnosis:
+    """Diagnose the sources: a single recording, several recordings together, or the sensors of an array.
+
+    confirm : a second recording, in which the causes found in a single recording must hold too.
+    say : called with each stage. cluster : examines several recordings, each a task.
+    Raises InputError for files, columns, models and references that cannot be used.
+    """
+    if len(sources) == 1:
+        return _answer_single(question, sources[0], confirm, say)
+    problems = []
+    for source in sources:
+        recording = question.recording(source)
         with errors_relocated(source.name, "recording"):
-            return self.posed(source, recording, self.known_field(source, recording))
+            problems.append(question.posed(source, recording, question.known_field(source, recording)))
+    names, models = [source.name for source in sources], [question.model_for(source) for source in sources]
+    if of_one_array(sources):
+        return diagnose_sensors(names, problems, models, say=say)
+    return diagnose_together(names, problems, models[0], cluster=cluster, say=say)
+
+
+def _answer_single(question: Question, source: Source, confirm: Source | None, say: Progress) -> Diagnosis:
+    say("direct evidence")
+    model, recording = question.model_for(source), question.recording(source)
+    second = None if confirm is None else question.recording(confirm)
+    if second is not None:
+        check_apart(recording, second, CONFIRM)
+    known = question.known_field(source, recording)
+    seen = examine(question.posed(source, recording, known), model, say=say)
+    say("the simulator with the new model")
+    found = diagnosis_of(seen)
+    if second is not None:
+        say("the second recording")
+        with errors_relocated(CONFIRM, "recording"):
+            found = confirmed(found, second, model, *known)
+    say("what to fly next")
+    return advised(found)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -136,11 +135,9 @@ class GapSize:
 
     def as_dict(self) -> dict[str, Any]:
         """The key `gap` of the JSON."""
-        return {
-            "before": {"rms_nT": self.before_nT, "rms_sigma": self.before_sigma},
-            "after": {"rms_nT": self.after_nT, "rms_sigma": self.after_sigma},
-            "explained": self.explained,
-        }
+        before = {"rms_nT": self.before_nT, "rms_sigma": self.before_sigma}
+        after = {"rms_nT": self.after_nT, "rms_sigma": self.after_sigma}
+        return {"before": before, "after": after, "explained": self.explained}
 
     @classmethod
     def of(cls, before: Array, after: Array, sigma_nT: Array, policy: Policy) -> GapSize:
@@ -225,20 +222,8 @@ class Diagnosis:
 
     def correction_of(self, cause: NamedEffect) -> tuple[Effect, Effect] | None:
         """The model's own effect of a named effect's name, as given and as corrected; None unless there is one each."""
-        given = [effect for effect in self.given if effect.name == cause.name]
-        new = [effect for effect in self._new if effect.name == cause.name] if len(given) == 1 else []
-        return (given[0], new[0]) if len(new) == 1 and given != new else None
-
-    def _stated_json(self, cause: NamedEffect) -> dict[str, Any]:
-        given, corrected = self.correction_of(cause) or (None, None)
-        return {
-            "stated": None if given is None else _values_in_use(given),
-            "corrected": None if corrected is None else _values_in_use(corrected),
-        }
-
-    @cached_property
-    def _new(self) -> tuple[Effect, ...]:
-        return self.model.chain()
+        given, new = ([one for one in chain if one.name == cause.name] for chain in (self.given, self.model.chain()))
+        return (given[0], new[0]) if len(given) == len(new) == 1 and given != new else None
 
     def stretch(self, cause: NamedEffect) -> ActivePart | None:
         """The time of action of a named effect; None for the whole run."""
@@ -246,28 +231,42 @@ class Diagnosis:
 
     def as_dict(self) -> dict[str, Any]:
         """The JSON of `magbench diagnose`."""
+        resimulated = None if self.resimulated_nT is None else {"rms_nT": self.resimulated_nT}
         return {
             "verdict": self.verdict,
             "sentence": self.sentence,
             "mode": self.problem.compared,
             "reference": [item.words for item in self.problem.corrections],
-            "effects": [
-                _effect_json(item) | self._stated_json(item) | _interval_json(self.stretch(item)) for item in self.named
-            ],
+            "effects": [self._effect_json(item) for item in self.named],
             "where": [{"channel": c, "frame": f, "score": round(s, 4)} for c, f, s in self.where],
             "when": [
                 _interval_json(part.stretch) | {"rms_nT": part.rms_nT, "rms_sigma": part.rms_sigma}
                 for part in self.parts
             ],
-            "gap": {
-                **self.gap.as_dict(),
-                "resimulated": None if self.resimulated_nT is None else {"rms_nT": self.resimulated_nT},
-            },
+            "gap": self.gap.as_dict() | {"resimulated": resimulated},
             "left": list(self.unexplained),
             "candidates": [_candidate_json(item) for item in self.ranking],
             "not_observable": list(self.not_observable),
             "advice": list(self.advice),
             "next": None if self.next_flight is None else self.next_flight.as_dict(),
+        }
+
+    def _effect_json(self, cause: NamedEffect) -> dict[str, Any]:
+        given, corrected = map(_values_in_use, self.correction_of(cause) or (None, None))
+        return {
+            "name": cause.name,
+            "alternatives": list(cause.alternatives),
+            "rivals": list(cause.rivals),
+            "parameters": parameters(cause),
+            "also": [{"name": effect.name, "parameters": _values_in_use(effect)} for effect in cause.also],
+            "evidence": cause.transfer,
+            "how": cause.kind,
+            "evidence_nats": cause.nats,
+            "needed_nats": cause.needed,
+            "strength_sigma": cause.strength,
+            "stated": given,
+            "corrected": corrected,
+            **_interval_json(self.stretch(cause)),
         }
 
 
@@ -276,68 +275,32 @@ def in_use(effect: Effect) -> tuple[Parameter, ...]:
     return tuple(parameter for parameter in effect.parameters() if parameter.form in effect.forms_in_use)
 
 
+def _values_in_use(effect: Effect | None) -> dict[str, Any] | None:
+    return None if effect is None else {parameter.name: getattr(effect, parameter.name) for parameter in in_use(effect)}
+
+
 def parameters(cause: NamedEffect) -> dict[str, dict[str, Any]]:
     """Value with 95 % interval and unit of every parameter in use; no interval where undetermined."""
     values: dict[str, dict[str, Any]] = {}
     for parameter in in_use(cause.effect):
-        value = getattr(cause.effect, parameter.name)
-        if isinstance(value, str):
-            values[parameter.name] = {"value": value, "low": None, "high": None, "unit": ""}
-            continue
-        middle = np.asarray(value, dtype=float)
-        low, high = _interval(middle, cause.spread.get(parameter.name))
-        values[parameter.name] = {"value": middle.tolist(), "low": low, "high": high, "unit": parameter.unit}
+        value, low, high = getattr(cause.effect, parameter.name), None, None
+        if not (worded := isinstance(value, str)):
+            middle, spread = np.asarray(value, dtype=float), cause.spread.get(parameter.name)
+            value = middle.tolist()
+            if spread is not None and np.isfinite(spread).all():  # no combination of components is undetermined
+                low, high = ((middle + side * NORMAL_95 * spread).tolist() for side in (-1, 1))
+        values[parameter.name] = {"value": value, "low": low, "high": high, "unit": "" if worded else parameter.unit}
     return values
 
 
-def _interval(middle: Array, spread: Array | None) -> tuple[Any, Any]:
-    """Ends of the 95 % interval; None where a combination of components is undetermined."""
-    if spread is None or not np.isfinite(spread).all():
-        return None, None
-    return (middle - NORMAL_95 * spread).tolist(), (middle + NORMAL_95 * spread).tolist()
-
-
-def _effect_json(cause: NamedEffect) -> dict[str, Any]:
-    return {
-        "name": cause.name,
-        "alternatives": list(cause.alternatives),
-        "rivals": list(cause.rivals),
-        "parameters": parameters(cause),
-        "also": [
-            {
-                "name": effect.name,
-                "parameters": _values_in_use(effect),
-            }
-            for effect in cause.also
-        ],
-        "evidence": cause.transfer,
-        "how": cause.kind,
-        "evidence_nats": cause.nats,
-        "needed_nats": cause.needed,
-        "strength_sigma": cause.strength,
-    }
-
-
-def _values_in_use(effect: Effect) -> dict[str, Any]:
-    return {parameter.name: getattr(effect, parameter.name) for parameter in in_use(effect)}
-
-
 def _candidate_json(result: CandidateResult) -> dict[str, Any]:
-    return {
-        "name": result.name,
-        "evidence_nats": result.nats,
-        "needed_nats": result.needed,
-        "strength_sigma": result.evidence.strength,
-        "outcome": result.outcome,
-    }
+    evidence = {"evidence_nats": result.nats, "needed_nats": result.needed, "strength_sigma": result.evidence.strength}
+    return {"name": result.name, **evidence, "outcome": result.outcome}
 
 
 def _interval_json(stretch: ActivePart | None) -> dict[str, Any]:
     """A part of the run; None: the whole."""
     if stretch is None:
         return {"interval_s": None, "phase": None, "heading_deg": None}
-    return {
-        "interval_s": [stretch.from_s, stretch.to_s],
-        "phase": stretch.phase,
-        "heading_deg": stretch.heading_deg,
-    }
+    interval_s = [stretch.from_s, stretch.to_s]
+    return {"interval_s": interval_s, "phase": stretch.phase, "heading_deg": stretch.heading_deg}

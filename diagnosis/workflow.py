@@ -11,7 +11,6 @@ from calib.numerics.threads import one_thread
 from diagnosis.decision.advice import advice_for
 from diagnosis.decision.conclusion import Conclusion, conclude
 from diagnosis.decision.iron import absorbed_effects
-from diagnosis.decision.monotone_courses import with_rival_channels
 from diagnosis.decision.second_passes import select_in_every_way
 from diagnosis.decision.sentence import sentence_for
 from diagnosis.decision.verdict_rules import VerdictInput, doubts_of, verdict_of
@@ -107,41 +106,45 @@ def diagnosis_of(examination: Examination) -> Diagnosis:
     """The diagnosis of an examination, with sentences and the new model."""
     problem, conclusion = examination.problem, examination.conclusion
     found = explain(problem, conclusion, examination.direct)
-    named = tuple(with_rival_channels(problem, cause) for cause in found.named)
     where = localise(problem, found.before)
     rise = RisingSpectrum.of(problem, found.before, found.after)
-    case = VerdictInput(problem, named, conclusion.clean, found.gap, where, found.after, rise)
+    case = VerdictInput(problem, found.named, conclusion.clean, found.gap, where, found.after, rise)
     verdict = verdict_of(case)
     doubts = doubts_of(case, verdict)
     curves = _curves(examination, case, verdict, doubts)
     if curves or doubts or verdict is Verdict.UNKNOWN:  # what explains little is no name
-        named = tuple(cause for cause in named if cause.kind is EvidenceKind.DIRECT) + (curves.named if curves else ())
-        verdict = Verdict.UNKNOWN
-        found = curves or replace(found, after=found.before, gap=found.gap.without_effects())
-    names, results = {cause.name for cause in named}, conclusion.selection.results
+        verdict, direct = Verdict.UNKNOWN, tuple(one for one in found.named if one.kind is EvidenceKind.DIRECT)
+        found = curves or replace(found, named=(), after=found.before, gap=found.gap.without_effects())
+        found = replace(found, named=(*direct, *found.named))
+    diagnosis = replace(_without_sentences(examination, found, verdict, doubts), where=where, rise=rise)
+    diagnosis = _resimulated(diagnosis, examination)
+    return replace(diagnosis, sentence=sentence_for(diagnosis), advice=advice_for(diagnosis))
+
+
+def _without_sentences(
+    examination: Examination, found: Explanation, verdict: Verdict, doubts: tuple[str, ...]
+) -> Diagnosis:
+    problem, selection, names = examination.problem, examination.conclusion.selection, {one.name for one in found.named}
     lacking = ((name, problem.missing_inputs(effect)) for name, effect in BY_NAME.items())
-    diagnosis = Diagnosis(
+    return Diagnosis(
         verdict=verdict,
         sentence="",
-        named=named,
-        where=where,
+        named=found.named,
+        where=(),
         gap=found.gap,
         absorbed=tuple(name for name in absorbed_effects(problem) if name not in names),
         untested=tuple(f"{name} (no {', '.join(channels)})" for name, channels in lacking if channels),
         doubts=doubts,
-        ranking=withdraw_names(results, doubts) if verdict is Verdict.UNKNOWN else results,
-        before=conclusion.selection.before,
-        after=conclusion.after,
-        model=patch_model(examination.model, named, problem),
+        ranking=withdraw_names(selection.results, doubts) if verdict is Verdict.UNKNOWN else selection.results,
+        before=selection.before,
+        after=examination.conclusion.after,
+        model=patch_model(examination.model, found.named, problem),
         problem=problem,
         given=examination.whole.effects,
         before_nT=found.before * problem.sigma_nT,
         after_nT=found.after * problem.sigma_nT,
-        parts=split_by_power(problem, conclusion.selection.start.residual()),
-        rise=rise,
+        parts=split_by_power(problem, selection.start.residual()),
     )
-    diagnosis = _resimulated(diagnosis, examination)
-    return replace(diagnosis, sentence=sentence_for(diagnosis), advice=advice_for(diagnosis))
 
 
 def _curves(

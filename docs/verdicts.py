@@ -19,8 +19,7 @@ from typing import Any
 import shown
 from matplotlib.figure import Figure
 
-from diagnosis.answer import answer
-from diagnosis.question import Question
+from diagnosis.question import Question, answer
 from diagnosis.result import Diagnosis
 from diagnosis.sources import file_sources
 from magbench.cli import main

@@ -55,7 +55,6 @@ NOTHING: Mapping[str, Mapping[str, Neutral]] = {
         "correct_reference": argument(0),
         "held_rows": lambda rule, problem: np.zeros(len(problem.recording), bool),
         "find_start_samples": lambda rule, problem: np.zeros(len(problem.recording), bool),
-        "with_rival_channels": argument(1),
         "better_channels": answer(None),
         "follow_channels": answer(None),
     },
@@ -156,7 +155,7 @@ NOTHING: Mapping[str, Mapping[str, Neutral]] = {
         "_only_iron_with_rivals": answer(value=False),
         "_may_be_one_channel": answer(value=False),
     },
-    "repair.named_effects": {"missing_white_noise": answer(None)},
+    "repair.named_effects": {"missing_white_noise": answer(None), "with_rival_channels": argument(1)},
     "evidence.rising_spectrum": {"_rises": answer(value=False)},
 }
 """By module of `diagnosis`: what each rule answers when it is off."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,53 +27,70 @@ VOLTAGE = re.compile(r"volt|_m?V$", re.IGNORECASE)
 
 
 def advice_for(diagnosis: Diagnosis) -> tuple[str, ...]:
-    """All applicable lines of `ADVICE`."""
-    return tuple(dict.fromkeys(line for advise in ADVICE for line in advise(diagnosis)))
+    """All applicable advice, each line once."""
+    lines = [advice for _, advice in reference_remarks(diagnosis)]
+    for advise in (actuator_advice, motion_advice, navigation_advice, attitude_advice, recording_advice):
+        lines += advise(diagnosis)
+    return tuple(dict.fromkeys(lines))
 
 
-def try_actuator(diagnosis: Diagnosis) -> Iterator[str]:
-    """A recorded channel followed by the gap more than time may drive it; a monotone one resembles any slow course."""
-    if not (diagnosis.verdict.explained or channel_curves(diagnosis)):
-        first = {share.channel for share in diagnosis.where[:TRIED_CHANNELS]} & _untried_channels(diagnosis)
-        followed = [name for name in driving_channels(diagnosis.problem, diagnosis.where) if name in first]
+def actuator_advice(diagnosis: Diagnosis) -> Iterator[str]:
+    """A recorded channel that the gap follows more than time may drive it, and a curve names no mechanism.
+
+    A monotone channel resembles any slow course, a position drives nothing, and a voltage sags by the load.
+    """
+    problem, curves = diagnosis.problem, channel_curves(diagnosis)
+    channels = problem.recording.channels
+    drives_nothing = {LATITUDE, LONGITUDE, ALTITUDE, *filter(VOLTAGE.search, channels)}
+    untried = set(channels) - set(as_currents(problem.recording)) - drives_nothing
+    if not (diagnosis.verdict.explained or curves):
+        first = {share.channel for share in diagnosis.where[:TRIED_CHANNELS]} & untried
+        followed = [name for name in driving_channels(problem, diagnosis.where) if name in first]
         if followed:
             yield f"The gap follows {' and '.join(followed)}: try {_as_actuators(followed)}."
+    if open_ := [name for curve in curves if (name := driver_of(curve)) in untried]:
+        options = _as_actuators(open_)
+        yield f"If {' or '.join(open_)} commands a current or a coil, add {options}: the effect can then be named."
+    for curve in curves:
+        name, traits = driver_of(curve), curve.effect.traits
+        rivals = f" A curve of {' or '.join(curve.rivals)} explains nearly as much." if curve.rivals else ""
+        seen = problem.state.channel(name)
+        known = f" The curve holds for {name} from {short(float(seen.min()))} to {short(float(seen.max()))} only."
+        yield f"The curve of {name} shows no mechanism: {traits.experiment}; {traits.remedy}.{known}{rivals}"
 
 
 def _as_actuators(names: Sequence[str]) -> str:
     return " ".join(f"--actuator {name}" for name in names)
 
 
-def _untried_channels(found: Diagnosis) -> set[str]:
-    """Recorded channels not treated like motor currents; a position drives nothing, and a voltage sags by the load."""
-    recording = found.problem.recording
-    drives_nothing = {LATITUDE, LONGITUDE, ALTITUDE, *filter(VOLTAGE.search, recording.channels)}
-    return set(recording.channels) - set(as_currents(recording)) - drives_nothing
+def motion_advice(diagnosis: Diagnosis) -> Iterator[str]:
+    """Effects absorbed by the base need another motion, unless the station is fixed; look-alikes an experiment.
 
-
-def find_mechanism(diagnosis: Diagnosis) -> Iterator[str]:
-    """A curve names a channel, not a mechanism."""
-    curves = channel_curves(diagnosis)
-    untried = [name for curve in curves if (name := driver_of(curve)) in _untried_channels(diagnosis)]
-    if untried:
-        options = _as_actuators(untried)
-        yield f"If {' or '.join(untried)} commands a current or a coil, add {options}: the effect can then be named."
-    for curve in curves:
-        name, traits = driver_of(curve), curve.effect.traits
-        rivals = f" A curve of {' or '.join(curve.rivals)} explains nearly as much." if curve.rivals else ""
-        seen = diagnosis.problem.state.channel(name)
-        known = f" The curve holds for {name} from {short(float(seen.min()))} to {short(float(seen.max()))} only."
-        yield f"The curve of {name} shows no mechanism: {traits.experiment}; {traits.remedy}.{known}{rivals}"
-
-
-def fly_other_motion(diagnosis: Diagnosis) -> Iterator[str]:
-    """Effects absorbed by the base need another motion, unless the station is fixed."""
-    if diagnosis.absorbed and diagnosis.problem.turns:
+    Iron or a jump during, or next to, a standstill has the effect of the field of the place; at a standstill, the
+    strength alone determines an offset only along the field.
+    """
+    problem, time_s = diagnosis.problem, diagnosis.problem.state.time_s
+    if diagnosis.absorbed and problem.turns:
         yield (
             f"On this motion {', '.join(diagnosis.absorbed)} can hardly be distinguished from hard and soft iron, "
             "whose fit takes a part of such an effect; fly turns at different rates with changing roll and pitch "
             "(a spiral both ways, then a comb)."
         )
+    yield from separation_advice(diagnosis.named)
+    for cause in diagnosis.named:
+        moment, stretch = cause.effect.with_role("moment"), diagnosis.stretch(cause)
+        if moment is not None:
+            begin_s = getattr(cause.effect, moment)
+            acts, when = time_s >= begin_s, f"from {digits(begin_s, 4)} s on"
+        elif stretch is not None and cause.effect.traits.absorbed:
+            acts, when = cause.effect.is_active(time_s), stretch.words
+        else:
+            continue
+        if problem.turns and any(_is_at_rest(problem, part) for part in (acts, ~acts)):
+            yield (
+                f"{cause.name} acts {when}, and the vehicle stands still during this part or outside it: steel or a "
+                "magnet near the standstill looks the same. To distinguish: turn the vehicle at this place too."
+            )
 
 
 def separation_advice(named: Sequence[NamedEffect]) -> Iterator[str]:
@@ -85,28 +102,6 @@ def separation_advice(named: Sequence[NamedEffect]) -> Iterator[str]:
             yield f"{cause.name} may also be {', '.join(cause.look_alikes)}. To distinguish: {'; '.join(ways)}."
 
 
-def turn_at_standstill(diagnosis: Diagnosis) -> Iterator[str]:
-    """Iron or a jump during, or next to, a standstill: the field of the place has the same effect.
-
-    At a standstill, the strength alone determines an offset only along the field.
-    """
-    time_s = diagnosis.problem.state.time_s
-    for cause in diagnosis.named:
-        moment, stretch = cause.effect.with_role("moment"), diagnosis.stretch(cause)
-        if moment is not None:
-            begin_s = getattr(cause.effect, moment)
-            acts, when = time_s >= begin_s, f"from {digits(begin_s, 4)} s on"
-        elif stretch is not None and cause.effect.traits.absorbed:
-            acts, when = cause.effect.is_active(time_s), stretch.words
-        else:
-            continue
-        if diagnosis.problem.turns and any(_is_at_rest(diagnosis.problem, part) for part in (acts, ~acts)):
-            yield (
-                f"{cause.name} acts {when}, and the vehicle stands still during this part or outside it: steel or a "
-                "magnet near the standstill looks the same. To distinguish: turn the vehicle at this place too."
-            )
-
-
 def _is_at_rest(problem: LinearProblem, samples: NDArray[np.bool_]) -> bool:
     """Whether the field hardly turns in the sensor during some of the samples (n,)."""
     field_nT = problem.state.field_nT[samples]
@@ -116,47 +111,42 @@ def _is_at_rest(problem: LinearProblem, samples: NDArray[np.bool_]) -> bool:
     return spread_nT < problem.policy.still_spread * mean_nT
 
 
-def suspect_navigation(diagnosis: Diagnosis) -> Iterator[str]:
-    """An attitude error turns the field and leaves nothing along it."""
-    unexplained = diagnosis.verdict in (Verdict.UNKNOWN, Verdict.PARTIAL)
-    slow = is_attitude_error(diagnosis.problem, diagnosis.after_nT / diagnosis.problem.sigma_nT)
-    if unexplained and (slow or _rise_is_across_field(diagnosis)):
-        yield "The residual has no part along the field: check the attitude and the time stamps of the navigation."
+def navigation_advice(diagnosis: Diagnosis) -> Iterator[str]:
+    """An attitude error turns the field and leaves nothing along it; a rotating part has a component along the field.
 
-
-def log_rotating_parts(diagnosis: Diagnosis) -> Iterator[str]:
-    """A spectrum rising with frequency is no sensor noise: a rotating part is as fast, or the clocks are uneven.
-
-    A rotating part has a component along the field.
+    A spectrum rising with frequency is no sensor noise: a rotating part is as fast, or the clocks are uneven.
     """
-    if diagnosis.rise is not None and not _rise_is_across_field(diagnosis):
+    problem, rise = diagnosis.problem, diagnosis.rise
+    residual = diagnosis.after_nT / problem.sigma_nT
+    fast = rise is not None and is_attitude_error(problem, residual, problem.state.interval_s)
+    unexplained = diagnosis.verdict in (Verdict.UNKNOWN, Verdict.PARTIAL)
+    if unexplained and (fast or is_attitude_error(problem, residual)):
+        yield "The residual has no part along the field: check the attitude and the time stamps of the navigation."
+    if rise is not None and not fast:
         yield (
-            f"The residual has {diagnosis.rise.words}; sensor noise does not rise with frequency, but a wheel, a "
-            "propeller or a pump gives a tone that sweeps with its speed. Switch it off for a run, or log its speed."
+            f"The residual has {rise.words}; sensor noise does not rise with frequency, but a wheel, a propeller or a "
+            "pump gives a tone that sweeps with its speed. Switch it off for a run, or log its speed."
         )
 
 
-def _rise_is_across_field(diagnosis: Diagnosis) -> bool:
-    """Whether the rising part is visible sample by sample and has no component along the field."""
-    problem = diagnosis.problem
-    interval_s = problem.state.interval_s
-    return diagnosis.rise is not None and is_attitude_error(problem, diagnosis.after_nT / problem.sigma_nT, interval_s)
-
-
-def log_attitude(diagnosis: Diagnosis) -> Iterator[str]:
+def attitude_advice(diagnosis: Diagnosis) -> Iterator[str]:
     """Without attitude little is observable."""
-    if diagnosis.problem.mode == "strength" and not diagnosis.problem.corrections:
+    problem = diagnosis.problem
+    if problem.mode == "strength" and not problem.corrections:
         bare = any(cause.kind is EvidenceKind.HELD_OUT and not cause.spread for cause in diagnosis.named)
         why = ", and parameters have no interval" if bare else ""
-        if diagnosis.problem.recording.att_q is None:
+        if problem.recording.att_q is None:
             yield f"Without attitude only the field's strength was compared{why}; log attitude to see more."
         else:
             known = "Without the field's vector only the strength was compared"
             yield f"{known}{why}; give --field-enu-nT E,N,U, and the recorded attitude shows more."
 
 
-def confirm_by_second_recording(diagnosis: Diagnosis) -> Iterator[str]:
-    """Held-out segments share the slow noise of their recording; direct evidence needs no confirmation."""
+def recording_advice(diagnosis: Diagnosis) -> Iterator[str]:
+    """A second recording to confirm by, as held-out segments share the slow noise of theirs, and missing channels.
+
+    Direct evidence needs no confirmation.
+    """
     unconfirmed = [cause for cause in diagnosis.named if cause.kind is not EvidenceKind.DIRECT]
     alone = [cause for cause in unconfirmed if cause.transfer is Transfer.SINGLE_RUN]
     doubtful = ", ".join(cause.name for cause in alone if cause.transferable)
@@ -167,25 +157,5 @@ def confirm_by_second_recording(diagnosis: Diagnosis) -> Iterator[str]:
         )
     elif not diagnosis.has_second and alone and len(alone) == len(unconfirmed):
         yield "Confirm on a second recording with --confirm: all segments of one recording share its slow noise."
-
-
-def log_more_channels(diagnosis: Diagnosis) -> Iterator[str]:
-    """Effects that cannot be tested."""
     if diagnosis.untested:
         yield "Not tested, for lack of channels: " + ", ".join(diagnosis.untested) + "."
-
-
-Advise = Callable[[Diagnosis], Iterator[str]]
-ADVICE: tuple[Advise, ...] = (
-    lambda diagnosis: (advice for _, advice in reference_remarks(diagnosis)),
-    try_actuator,
-    find_mechanism,
-    fly_other_motion,
-    lambda diagnosis: separation_advice(diagnosis.named),
-    turn_at_standstill,
-    suspect_navigation,
-    log_rotating_parts,
-    log_attitude,
-    confirm_by_second_recording,
-    log_more_channels,
-)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -24,40 +24,27 @@ LISTED_CHANNELS = 3
 
 
 def sentence_for(diagnosis: Diagnosis) -> str:
-    """Summarise a diagnosis in one sentence for a field engineer."""
-    channels = ", ".join(cause.channel for cause in diagnosis.where[:LISTED_CHANNELS])
-    verdict_sentence = diagnosis.verdict.sentence(
-        lacks=_lacks(diagnosis),
-        causes="; ".join(_described(diagnosis, cause) for cause in diagnosis.named),
-        share=_share(diagnosis),
-        left=_left(diagnosis),
-        nearest=_nearest(diagnosis),
-        goes_with=(_curves(diagnosis) or (f"; the gap follows {channels}" if channels else "")) + _largest(diagnosis),
+    """Summarise a diagnosis in one sentence for a field engineer, after the remarks and before iron that is new."""
+    gap, verdict = diagnosis.gap, diagnosis.verdict
+    wrong = [diagnosis.correction_of(cause) is not None for cause in diagnosis.named]
+    left = "; ".join(diagnosis.unexplained or diagnosis.doubts)
+    told = [*remarks(diagnosis)]
+    told.append(
+        verdict.sentence(
+            lacks="Wrong in the model" if wrong and all(wrong) else f"Missing{' or wrong' * any(wrong)} in the model",
+            causes="; ".join(_described(diagnosis, cause) for cause in diagnosis.named),
+            share=_share(diagnosis),
+            left=f"{digits(gap.structure_nT[1])} nT: {left}" if verdict is Verdict.PARTIAL else left,
+            nearest=_nearest(diagnosis),
+            goes_with=_course(diagnosis),
+        )
     )
-    return " ".join([*remarks(diagnosis), verdict_sentence, *_new_iron(diagnosis)])
-
-
-def _new_iron(diagnosis: Diagnosis) -> Iterator[str]:
-    """Iron of the new model that is none of the named effects."""
     if diagnosis.iron_anew and diagnosis.resimulated_nT is not None:
-        yield (
+        told.append(
             "The new model has hard and soft iron fitted to this recording, beside which the effects were found; run "
             f"by the simulator it leaves {digits(diagnosis.resimulated_nT)} nT."
         )
-
-
-def _left(diagnosis: Diagnosis) -> str:
-    """Why a gap is not explained; next to named effects, with the size of what is left beyond the noise."""
-    why = "; ".join(diagnosis.unexplained or diagnosis.doubts)
-    return f"{digits(diagnosis.gap.structure_nT[1])} nT: {why}" if diagnosis.verdict is Verdict.PARTIAL else why
-
-
-def _lacks(diagnosis: Diagnosis) -> str:
-    """Whether the named effects are missing in the model, or stated there with other parameters."""
-    wrong = [diagnosis.correction_of(cause) is not None for cause in diagnosis.named]
-    if any(wrong):
-        return "Wrong in the model" if all(wrong) else "Missing or wrong in the model"
-    return "Missing in the model"
+    return " ".join(told)
 
 
 def _described(diagnosis: Diagnosis, cause: NamedEffect) -> str:
@@ -82,12 +69,16 @@ def _share(diagnosis: Diagnosis) -> str:
     return f"; {100 * max(gap.explained, 0.0):.0f} % of {amount} explained on held-out data"
 
 
-def _largest(diagnosis: Diagnosis) -> str:
-    """The part of the run in which the gap is large."""
+def _course(diagnosis: Diagnosis) -> str:
+    """Channels of curves with the explained share, else those that the gap follows, and when the gap is largest."""
+    curves = [driver_of(curve) for curve in channel_curves(diagnosis)]
+    followed = [share.channel for share in diagnosis.where[:LISTED_CHANNELS]]
+    told = f"; the gap follows {', '.join(followed)}" if followed else ""
+    if curves:
+        explain = f"curves of {', '.join(curves)} explain" if len(curves) > 1 else f"a curve of {curves[0]} explains"
+        told = f"; {explain} {diagnosis.gap.explained or 0.0:.0%} of the gap on held-out data"
     part = largest_part(diagnosis.parts, diagnosis.problem.policy)
-    if part is None:
-        return ""
-    return f"; the gap is largest {part.stretch.words}: {digits(part.rms_nT)} nT rms"
+    return f"{told}; the gap is largest {part.stretch.words}: {digits(part.rms_nT)} nT rms" if part else told
 
 
 def _nearest(diagnosis: Diagnosis) -> str:
@@ -107,15 +98,6 @@ def _nearest(diagnosis: Diagnosis) -> str:
 def channel_curves(diagnosis: Diagnosis) -> list[NamedEffect]:
     """Curves of channels, named where no effect of the library is accepted."""
     return [cause for cause in diagnosis.named if cause.kind is EvidenceKind.CURVE]
-
-
-def _curves(diagnosis: Diagnosis) -> str:
-    """The channels of the curves, and the explained share of the gap."""
-    names = [driver_of(curve) for curve in channel_curves(diagnosis)]
-    share = f"{diagnosis.gap.explained or 0.0:.0%} of the gap on held-out data"
-    if len(names) > 1:
-        return f"; curves of {', '.join(names)} explain {share}"
-    return f"; a curve of {names[0]} explains {share}" if names else ""
 
 
 def driver_of(curve: NamedEffect) -> str:
@@ -141,28 +123,21 @@ def describe_effect(
 ) -> str:
     """Describe an effect: look-alikes, driving channels, time of action, main parameter and size.
 
-    when : in words. logged : channels by the name of the motor current that they stand for. motion : for a curve,
-    defines the mean slope to be stated.
+    when : in words, for an effect without moments of its own. logged : channels by the name of the motor current that
+    they stand for. motion : for a curve, defines the mean slope to be stated.
     """
     either = f" (or {', '.join(cause.look_alikes)})" if cause.look_alikes else ""
-    when = _at_moments(cause) or when
+    if (moment := cause.effect.with_role("moment")) is not None:
+        parts = filter(lambda part: part.name == cause.name, cause.effects)
+        when = " at " + " and ".join(f"{digits(getattr(part, moment), 4)} s" for part in parts)
     parameter = next(p for p in cause.effect.parameters() if p.name == main_parameter(cause.effect))
     straight = cause.effect if motion is None else linearise(cause.effect, motion)
     value = short(np.asarray(getattr(straight, parameter.name), dtype=float).tolist())
     driver, whose = _drivers(cause, logged or {})
     unit = parameter.unit.replace("/A", " per unit") if driver else parameter.unit
-    size = (" on average" if straight is not cause.effect else "") + (
-        f", {figure(cause.strength, 2)} times the noise" if cause.strength else ""
-    )
-    return f"{cause.name}{either}{driver}{when}: {parameter.name}{whose} {value} {unit}".rstrip() + size
-
-
-def _at_moments(cause: NamedEffect) -> str:
-    """Times of an event, in words; empty for any effect without a moment."""
-    if (moment := cause.effect.with_role("moment")) is None:
-        return ""
-    moments = [getattr(each, moment) for each in cause.effects if each.name == cause.name]
-    return " at " + " and ".join(f"{digits(time_s, 4)} s" for time_s in moments)
+    average = " on average" if straight is not cause.effect else ""
+    size = f", {figure(cause.strength, 2)} times the noise" if cause.strength else ""
+    return f"{cause.name}{either}{driver}{when}: {parameter.name}{whose} {value} {unit}".rstrip() + average + size
 
 
 def _drivers(cause: NamedEffect, logged: Mapping[str, str]) -> tuple[str, str]:

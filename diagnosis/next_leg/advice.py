@@ -8,9 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from diagnosis.next_leg.legs import CandidateLeg, legs_of, repeated
-from diagnosis.next_leg.pairs import HypothesisPair, are_equivalent, pairs_of
-from diagnosis.next_leg.separation import LegProblem
+from diagnosis.next_leg.legs import CandidateLeg, flown_legs
+from diagnosis.next_leg.pairs import HypothesisPair, LegProblem, are_equivalent, pairs_of
 from diagnosis.policy import Policy
 from diagnosis.problem.blocks import Cut, colour
 from diagnosis.problem.linear import LinearProblem
@@ -62,20 +61,6 @@ class LegTable:
     nats: Array
     policy: Policy
 
-    @classmethod
-    def of(
-        cls,
-        cause: NamedEffect,
-        recording: LegProblem,
-        pairs: Sequence[HypothesisPair],
-        legs: Sequence[tuple[CandidateLeg, LinearProblem]],
-        V: float,
-    ) -> LegTable:
-        """The table with legs flown by the simulator; V : inflation of the nats."""
-        flown = [replace(recording, problem=posed) for _, posed in legs]
-        nats = np.array([[pair.separation_nats(leg) / V for leg in flown] for pair in pairs])
-        return cls(cause, pairs, [leg for leg, _ in legs], nats, recording.problem.policy)
-
     @property
     def separable(self) -> list[int]:
         """Indices of pairs separated by some leg."""
@@ -99,21 +84,27 @@ class LegTable:
             return None
         times = int(np.clip(math.ceil(self.policy.leg_margin * self.policy.apart / nats), 1, MOST_TIMES))
         needed_s = leg.duration_s * self.policy.apart / nats
-        return Flight(repeated(leg, times), self.cause.name, other, leg.words, leg.duration_s, nats, needed_s)
+        return Flight(leg.repeated(times), self.cause.name, other, leg.words, leg.duration_s, nats, needed_s)
 
 
 def leg_tables(diagnosis: Diagnosis) -> list[LegTable]:
     """Separation by every leg of the model's vehicle, for each named effect with look-alikes."""
     problem = diagnosis.problem
     permanent = patch_model(diagnosis.model, (), problem).chain()
-    recordings = [LegProblem(problem, permanent, iron=cause.kind is not EvidenceKind.IRON) for cause in diagnosis.named]
-    of_all = zip(diagnosis.named, recordings, strict=True)
-    with_pairs = [(cause, recording, list(pairs_of(recording, cause))) for cause, recording in of_all]
-    of_causes = [row for row in with_pairs if any(pair.listed for pair in row[2])]
-    tried = legs_of(diagnosis.model) if of_causes else []
-    flown = [(leg, posed) for leg in tried if (posed := leg.problem(problem, permanent)) is not None]
-    V = inflation_of(problem, diagnosis.after_nT / problem.sigma_nT)
-    return [LegTable.of(cause, recording, pairs, flown, V) for cause, recording, pairs in of_causes]
+    of_causes = []
+    for cause in diagnosis.named:
+        recording = LegProblem(problem, permanent, iron=cause.kind is not EvidenceKind.IRON)
+        pairs = list(pairs_of(recording, cause))
+        if any(pair.listed for pair in pairs):
+            of_causes.append((recording, cause, pairs))
+    flown = flown_legs(diagnosis.model, problem, permanent) if of_causes else []
+    V, legs = inflation_of(problem, diagnosis.after_nT / problem.sigma_nT), [leg for leg, _ in flown]
+    tables = []
+    for recording, cause, pairs in of_causes:
+        on_legs = [replace(recording, problem=posed) for _, posed in flown]
+        nats = np.array([[pair.separation_nats(leg) / V for leg in on_legs] for pair in pairs])
+        tables.append(LegTable(cause, pairs, legs, nats, problem.policy))
+    return tables
 
 
 def inflation_of(problem: LinearProblem, residual: Array) -> float:

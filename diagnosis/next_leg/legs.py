@@ -68,6 +68,13 @@ class CandidateLeg:
     scenario: Scenario
     duration_s: float
 
+    def repeated(self, times: int) -> Scenario:
+        """The scenario of the leg flown several times."""
+        summary = f"To distinguish: {self.words}"
+        return self.scenario.model_copy(
+            update={"phases": self.scenario.phases * times, "name": "next", "summary": summary}
+        )
+
     def problem(self, like: LinearProblem, always: Sequence[Effect]) -> LinearProblem | None:
         """Pose the problem on the motion of the leg, with permanent effects and the noise of a given problem.
 
@@ -87,28 +94,24 @@ class CandidateLeg:
 
 
 def legs_of(model: Scenario) -> list[CandidateLeg]:
-    """The feasible legs of the model's vehicle, without the motion just flown."""
+    """The legs that are feasible for the model's vehicle, without the motion just flown."""
     flown = [phase.model_dump(exclude_unset=True) for phase in model.phases]
     legs = []
     for words, phases in LEGS:
-        scenario = _with(model, phases)
-        if scenario is not None and [phase.model_dump(exclude_unset=True) for phase in scenario.phases] != flown:
+        try:
+            scenario = Scenario.model_validate(as_dict(model) | {"phases": list(phases)})
+        except (ValidationError, InputError):
+            continue
+        if [phase.model_dump(exclude_unset=True) for phase in scenario.phases] != flown:
             legs.append(CandidateLeg(words, scenario, sum(phase.duration_s for phase in scenario.phases)))
     return legs
 
 
-def repeated(leg: CandidateLeg, times: int) -> Scenario:
-    """The scenario of a leg flown several times."""
-    phases = leg.scenario.phases * times
-    return leg.scenario.model_copy(update={"phases": phases, "name": "next", "summary": f"To distinguish: {leg.words}"})
-
-
-def _with(model: Scenario, phases: Sequence[Phase]) -> Scenario | None:
-    """The model with other phases; None if not feasible for its vehicle."""
-    try:
-        return Scenario.model_validate(as_dict(model) | {"phases": list(phases)})
-    except (ValidationError, InputError):
-        return None
+def flown_legs(
+    model: Scenario, like: LinearProblem, always: Sequence[Effect]
+) -> list[tuple[CandidateLeg, LinearProblem]]:
+    """The feasible legs whose end the vehicle reaches, with their problems; see `CandidateLeg.problem`."""
+    return [(leg, posed) for leg in legs_of(model) if (posed := leg.problem(like, always)) is not None]
 
 
 def measured_along(scenario: Scenario) -> Recording:

@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.decision.conclusion import Conclusion
+from diagnosis.decision.monotone_courses import with_rival_channels
+from diagnosis.decision.white_choice import AcceptedEffect
 from diagnosis.evidence.direct import DirectFinding
 from diagnosis.evidence.white_noise import missing_white_noise
 from diagnosis.problem.blocks import fit, inflation
@@ -71,7 +73,7 @@ def _fitted_effects(conclusion: Conclusion) -> list[Effect]:
 
 
 def _refined_effects(problem: LinearProblem, conclusion: Conclusion) -> list[NamedEffect]:
-    """Accepted effects and changes of the iron by cause, with parameters refined through the simulator's chain.
+    """Accepted effects and changes of the iron, refined through the simulator's chain, with their rival channels.
 
     Forms, repeated effects, and iron restating a reference belong to their cause.
     """
@@ -79,10 +81,24 @@ def _refined_effects(problem: LinearProblem, conclusion: Conclusion) -> list[Nam
     V = inflation(end.sums, fit(end.sums, end.all_folds), problem.policy) if noise is None else 1.0
     every, refit = np.ones(len(problem.recording), bool), not problem.iron_known
     effects, spread = refine(problem, _fitted_effects(conclusion), every, V, refit_iron=refit, noise=noise)
-    found = [(effect, EvidenceKind.HELD_OUT) for effect in conclusion.accepted]
-    found += [(effect, EvidenceKind.IRON) for effect in conclusion.iron]
+    accepted = [(effect, EvidenceKind.HELD_OUT) for effect in conclusion.accepted]
+    accepted += [(effect, EvidenceKind.IRON) for effect in conclusion.iron]
+    causes, conventional = _by_cause(accepted, effects, spread), effects[len(accepted) :]
+    for key, cause in causes.items() if conventional else ():
+        if cause.effect.convention_columns(problem.state, problem.clean_nT).shape[2]:
+            causes[key] = replace(cause, also=(*cause.also, *conventional))
+            break
+    return [with_rival_channels(problem, cause) for cause in causes.values()]
+
+
+def _by_cause(
+    accepted: Sequence[tuple[AcceptedEffect, EvidenceKind]],
+    effects: Sequence[Effect],
+    spread: Sequence[dict[str, Array]],
+) -> dict[tuple[str, EvidenceKind], NamedEffect]:
+    """Accepted effects with their fits by name and kind of the cause."""
     causes: dict[tuple[str, EvidenceKind], NamedEffect] = {}
-    for effect, std, (one, kind) in zip(effects, spread, found, strict=False):
+    for (one, kind), effect, std in zip(accepted, effects, spread, strict=False):
         key, evidence = (one.form_of or one.name, kind), one.evidence
         if (cause := causes.get(key)) is None:
             nats, strength = evidence.nats, evidence.strength
@@ -91,12 +107,7 @@ def _refined_effects(problem: LinearProblem, conclusion: Conclusion) -> list[Nam
             others = dict.fromkeys((*cause.alternatives, effect.name, *one.alternatives))
             alternatives = tuple(name for name in others if name != cause.name)
             causes[key] = replace(cause, alternatives=alternatives, also=(*cause.also, effect))
-    conventional = effects[len(found) :]
-    for key, cause in causes.items() if conventional else ():
-        if cause.effect.convention_columns(problem.state, problem.clean_nT).shape[2]:
-            causes[key] = replace(cause, also=(*cause.also, *conventional))
-            break
-    return list(causes.values())
+    return causes
 
 
 def named_values(

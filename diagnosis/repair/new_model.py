@@ -65,16 +65,24 @@ def patch_model(model: Model, named: Sequence[NamedEffect], problem: LinearProbl
         own_nT = problem.sigma_nT if problem.level is None else problem.sigma_nT[:1]
         new.append(of_sign("white", tuple(np.resize(own_nT, 3).tolist())))
     whole = _as_one(_merge_equal(insert_effects(given, new), problem.state), problem)
-    tables, order = as_tables(whole)
-    changed: dict[str, Any] = {"effects": Effects(tables), "effect_order": order}
+    return _with_effects(model, whole, problem)
+
+
+def _with_effects(model: Model, effects: Sequence[Effect], problem: LinearProblem) -> Scenario:
+    """A model with other effects, the corrected field and the attitude's delay of a problem, as a scenario."""
+    tables, order = as_tables(effects)
+    navigation = model.navigation if isinstance(model, Scenario) else NavigationSpec()
+    changed = {
+        "effects": Effects(tables),
+        "effect_order": order,
+        "navigation": navigation.model_copy(update={"attitude_delay_s": problem.attitude_delay_s}),
+    }
     if (corrected_nT := problem.corrected_field_enu_nT) is not None:
         changed["field"] = FieldSpec(enu_nT=tuple(corrected_nT))
-    navigation = model.navigation if isinstance(model, Scenario) else NavigationSpec()
-    changed["navigation"] = navigation.model_copy(update={"attitude_delay_s": problem.attitude_delay_s})
     if isinstance(model, Scenario):  # whose sensors' own effects are all in `effects`
         bare = tuple(sensor.model_copy(update={"kind": None, "effects": Effects()}) for sensor in model.sensors)
         return model.model_copy(update={**changed, "sensor": None, "sensors": bare, "vary": {}})
-    needed = {name for effect in whole for name in effect.required_inputs} - MOTION
+    needed = {name for effect in effects for name in effect.required_inputs} - MOTION
     motion = TABLE if needed <= {*channels_of(Turntable.name), HEIGHT} else CIRCLES
     field = model.field or FieldSpec(enu_nT=tuple(problem.state.field_enu_nT))
     return StandIn.model_validate({"name": model.name, "summary": model.summary, "field": field} | motion | changed)
@@ -108,7 +116,7 @@ def _as_one(chain: Sequence[Effect], problem: LinearProblem) -> list[Effect]:
     The model's lag and the lag named beside it are a single lag. Vector mode only.
     """
     joined = list(chain)
-    for own, change in _pairs(joined) if problem.mode == "vector" and not (problem.still or problem.relative) else ():
+    for own, change in _pairs(joined, problem):
         others = [effect for effect in joined if effect is not own and effect is not change]
         about = replace(problem, effects=tuple(others), iron_known=True)
         try:
@@ -122,8 +130,10 @@ def _as_one(chain: Sequence[Effect], problem: LinearProblem) -> list[Effect]:
     return joined
 
 
-def _pairs(chain: Sequence[Effect]) -> list[tuple[Effect, Effect]]:
+def _pairs(chain: Sequence[Effect], problem: LinearProblem) -> list[tuple[Effect, Effect]]:
     """Effects of one name of which the chain has two, both linear in a size and acting throughout."""
+    if problem.mode != "vector" or problem.still or problem.relative:
+        return []
     able = sorted((effect for effect in chain if effect.linear and effect.active_s is None), key=lambda one: one.name)
     of_name = (tuple(several) for _, several in itertools.groupby(able, key=lambda one: one.name))
     return [(several[0], several[1]) for several in of_name if len(several) == 2]

@@ -74,7 +74,7 @@ def diagnose(
     >>> found.verdict.explained, len(found.named) > 0
     (True, True)
     """
-    from diagnosis.answer import answer
+    from diagnosis.question import answer
     from magbench.api.diagnosis_results import diagnosis_result
     from magbench.api.stated_calibration import stated_iron
 
@@ -112,7 +112,7 @@ def _question(
 
 def _second(confirm: Data | None, sources: Sequence[Source], reading: Reading) -> Source | None:
     """The recording that confirms, of the same run and sensors as the first; InputError beside several."""
-    from diagnosis.answer import CONFIRM
+    from diagnosis.question import CONFIRM
     from diagnosis.sources import check_single
 
     if confirm is None:

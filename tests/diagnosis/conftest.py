@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagnosis.answer import Diagnosis
 from diagnosis.problem.formulation import pose
+from diagnosis.result import Diagnosis
 from diagnosis.workflow import diagnose
 from recordings import Recording
 from recordings.assemble import recording_of

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from diagnosis.next_leg import legs
-from diagnosis.next_leg.legs import CandidateLeg, legs_of, measured_along, repeated
+from diagnosis.next_leg.legs import CandidateLeg, legs_of, measured_along
 from scenarios.errors import InputError
 from sim.effects.currents import MotorCurrent
 from sim.scenario import load
@@ -51,4 +51,4 @@ def test_a_vehicle_is_offered_what_it_can_fly_and_as_often_as_needed() -> None:
     words = [leg.words for leg in legs_of(SHORT)]
     assert "a comb" in words
     assert "stops on the way round" not in words
-    assert repeated(LEG, 3).phases == SHORT.phases * 3
+    assert LEG.repeated(3).phases == SHORT.phases * 3

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from diagnosis.library.candidates import Candidate, iron_candidates
-from diagnosis.next_leg.pairs import HypothesisPair, _settings, pairs_of
-from diagnosis.next_leg.separation import LegProblem
+from diagnosis.next_leg.pairs import HypothesisPair, LegProblem, pairs_of
 from diagnosis.policy import STANDARD
 from diagnosis.result import EvidenceKind, NamedEffect
 from sim.effects.base import Effect
@@ -137,7 +136,7 @@ def test_a_name_is_told_from_what_another_run_can_show(flown: LegProblem, monkey
 
 def test_settings_are_sought_in_the_window_of_what_was_named(flown: LegProblem) -> None:
     for window in ((80.0, 95.0), None):
-        some = _settings(flown, "motor_current", HardIron((5.0, -3.0, 4.0), active_s=window), window)
+        some = flown.settings("motor_current", HardIron((5.0, -3.0, 4.0), active_s=window), window)
         assert {one.window for one in some} == {window}
 
 
@@ -153,7 +152,7 @@ def test_a_name_may_look_like_another_at_every_setting_that_is_listed_for_it(flo
 def test_a_setting_is_sought_in_what_the_iron_leaves(flown: LegProblem) -> None:
     """The tone that comes nearest a current's field, whose mean the iron takes up."""
     current = MotorCurrent(gain_nT_A=(20.0, 10.0, -5.0))
-    found = _settings(flown, CurrentRipple.name, current, None)
+    found = flown.settings(CurrentRipple.name, current, None)
     tones = [Candidate(CurrentRipple, (("frequency_hz", f),)) for f in np.arange(0.1, 0.6, 0.005)]
     assert flown.missing_nats(current, found) < 1.001 * min(flown.missing_nats(current, [one]) for one in tones)
 

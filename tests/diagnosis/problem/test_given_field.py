@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from diagnosis.decision.remarks import long_climb
+from diagnosis.decision.remarks import reference_remarks
 from diagnosis.problem.formulation import pose_model
 from diagnosis.problem.given_field import FieldTrack
 from diagnosis.workflow import diagnose
@@ -149,7 +149,7 @@ def test_a_height_beside_one_vector_is_told_first() -> None:
     assert "8.80 km of height" in found.sentence
     assert any("altitude_m" in line for line in found.advice)
     level = replace(_risen(), channels={"altitude_m": np.full(1500, 200.0)})
-    assert not any(long_climb(replace(found, problem=replace(found.problem, recording=level))))
+    assert not any(reference_remarks(replace(found, problem=replace(found.problem, recording=level))))
 
 
 def test_what_is_no_place_is_refused() -> None:

@@ -11,10 +11,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from calib.numerics.rates import body_rate
-from diagnosis.answer import answer
 from diagnosis.problem.formulation import pose_model
 from diagnosis.problem.sensors import needs_field, one_sensor, recorded_reference
-from diagnosis.question import Question
+from diagnosis.question import Question, answer
 from diagnosis.result import Diagnosis
 from diagnosis.sources import file_sources
 from diagnosis.workflow import diagnose

@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagnosis.answer import answer
 from diagnosis.problem.formulation import pose_model
 from diagnosis.problem.sensors import model_of_sensor, of_sensor
-from diagnosis.question import Question
+from diagnosis.question import Question, answer
 from diagnosis.result import Transfer
 from diagnosis.several.result import PooledDiagnosis, worst
 from diagnosis.several.transfer import Presence

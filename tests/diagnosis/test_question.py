@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagnosis.answer import answer
-from diagnosis.question import Question
+from diagnosis.question import Question, answer
 from diagnosis.result import Diagnosis
 from diagnosis.sources import file_sources
 from recordings import write_recording
