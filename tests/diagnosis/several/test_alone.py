@@ -65,7 +65,7 @@ def judged(doubting: int, of: int, *, effects: bool = True, rises: bool = True) 
     common = tuple(CommonEffect(motor(kind=kind), (), ()) for kind in (FITTED, EvidenceKind.DIRECT)) if effects else ()
     named = tuple(one.named for one in common)
     rise: Any = SimpleNamespace(words="it rises", hides=False)
-    rising = [rise if rises and i == 0 else None for i in range(of)]
+    rising = [rise if rises else None, *[None] * (of - 1)]
     cases = [VerdictInput(POSED, named, True, size, (), LEFT, one) for size, one in zip(sizes, rising, strict=True)]
     tests: Any = [SimpleNamespace(clean=False, why=(f"why {i}",)) for i in range(of)]
     return PooledVerdict.judge(common, cases, [BASE] * of, tests)
