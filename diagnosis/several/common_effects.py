@@ -68,24 +68,25 @@ class CommonEffect:
 
 def common_effect(effect: PooledEffect, problems: Sequence[LinearProblem], strength: float = 0.0) -> CommonEffect:
     """The parameters of an effect of the pool: pooled, and in each recording by itself."""
+    pooled, c = effect.pooled, effect.agreement.c
     like = NamedEffect(
-        effect.pooled.candidate.to_effect(effect.agreement.c),
+        pooled.candidate.to_effect(c),
         effect.alternatives,
         EvidenceKind.HELD_OUT,
         effect.nats,
         strength,
         transfer=effect.transfer or Transfer.SINGLE_RUN,
     )
-    sizes = {i: (one.held_out_gain / one.inflation, one.strength) for i, one in effect.pooled.here.items()}
-    fits = {i: (estimate, *sizes[i]) for i, estimate in effect.pooled.estimates.items()}
-    return _common(effect.pooled.candidate, like, effect.agreement, fits, effect.presence, problems)
+    fits = {i: (pooled.estimates[i], one.held_out_gain / one.inflation, one.strength) for i, one in pooled.here.items()}
+    presence = tuple(effect.presence.get(i, Presence.NOT_RECORDED) for i in range(len(problems)))
+    return _common(pooled.candidate, like, effect.agreement, fits, presence, problems)
 
 
 def with_common_rivals(common: CommonEffect, problems: Sequence[LinearProblem]) -> CommonEffect:
     """The common effect with the rival channels of all recordings that show it."""
     present = [problem for problem, there in zip(problems, common.presence, strict=True) if there is Presence.PRESENT]
-    rivals = [with_rival_channels(problem, common.named).rivals for problem in present]
-    return replace(common, named=replace(common.named, rivals=in_all(rivals))) if rivals else common
+    rivals = in_all([with_rival_channels(problem, common.named).rivals for problem in present])
+    return replace(common, named=replace(common.named, rivals=rivals))
 
 
 def common_iron_changes(
@@ -95,34 +96,30 @@ def common_iron_changes(
 
     The mean of a wander differs from run to run.
     """
-    needed, common = problems[0].policy.accepted_pooled(len(EFFECTS)), []
+    policy, common = problems[0].policy, []
     for changes in _by_name(changes_of_each).values():
-        evidence = {i: change.evidence for i, change in changes.items()}
-        estimates = {i: estimate_from(one) for i, one in evidence.items()}
-        if cross_predicted_gain(list(estimates.values())) > needed:
-            alternatives = in_all([change.alternatives for change in changes.values()])
-            common.append(_common_iron(evidence, estimates, alternatives, problems))
+        fits = {i: (_estimate(one.evidence), one.evidence.nats, one.evidence.strength) for i, one in changes.items()}
+        estimates, nats, strengths = zip(*fits.values(), strict=True)
+        if cross_predicted_gain(estimates) > policy.accepted_pooled(len(EFFECTS)):
+            agree = agreement(estimates, policy.same_coefficient)
+            candidate = changes[min(changes)].evidence.candidate
+            like = NamedEffect(
+                candidate.to_effect(agree.c),
+                in_all([change.alternatives for change in changes.values()]),
+                EvidenceKind.IRON,
+                sum(nats),
+                rms(strengths),
+                transfer=transfer_of(agree.p > policy.not_transferred_alarm, len(fits), len(problems)),
+            )
+            common.append(_common(candidate, like, agree, fits, _presences(fits, len(problems)), problems))
     return common
 
 
-def _common_iron(
-    evidence: Mapping[int, Evidence],
-    estimates: Mapping[int, CoefficientEstimate],
-    alternatives: tuple[str, ...],
-    problems: Sequence[LinearProblem],
-) -> CommonEffect:
-    known, policy = list(evidence.values()), problems[0].policy
-    agree = agreement(list(estimates.values()), policy.same_coefficient)
-    like = NamedEffect(
-        known[0].candidate.to_effect(agree.c),
-        alternatives,
-        EvidenceKind.IRON,
-        sum(one.nats for one in known),
-        rms([one.strength for one in known]),
-        transfer=transfer_of(agree.p > policy.not_transferred_alarm, len(known), len(problems)),
-    )
-    fits = {i: (estimates[i], one.nats, one.strength) for i, one in evidence.items()}
-    return _common(known[0].candidate, like, agree, fits, _presences(evidence, len(problems)), problems)
+def _estimate(evidence: Evidence) -> CoefficientEstimate:
+    """Coefficients of a candidate fitted in one recording, as information and score."""
+    k = evidence.width
+    N = inverse(evidence.fit.covariance[-k:, -k:] * max(evidence.V, 1.0))
+    return CoefficientEstimate(N, N @ evidence.coefficients)
 
 
 def _common(
@@ -137,43 +134,31 @@ def _common(
 
     like : the effect without standard deviations. fits : coefficients, nats and strength in each recording.
     """
-    known = {
-        i: replace(like, alternatives=(), nats=nats, strength=strength, effect=effect, spread=spread)
-        for i, (own, nats, strength) in fits.items()
-        for effect, spread in [parameters_of(candidate, own.c, own.covariance, problems[i])]
-    }
+    ratios, known = size_ratios({i: own for i, (own, _, _) in fits.items()}), {}
+    for i, (own, nats, strength) in fits.items():
+        effect, spread = parameters_of(candidate, own.c, own.covariance, problems[i])
+        known[i] = replace(like, alternatives=(), nats=nats, strength=strength, effect=effect, spread=spread)
     effect, spread = parameters_of(candidate, agree.c, agree.covariance, problems[min(fits)])
-    ratios = size_ratios({i: own for i, (own, _, _) in fits.items()})
-    every, named = range(len(problems)), replace(like, effect=effect, spread=spread)
-    each, of_each = tuple(map(known.get, every)), tuple(map(ratios.get, every))
+    each, of_each = (tuple(map(one.get, range(len(problems)))) for one in (known, ratios))
+    named = replace(like, effect=effect, spread=spread)
     return CommonEffect(named, each, presence, agree.chi2, agree.degrees, agree.p, of_each)
 
 
 def in_all(lists: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
-    """Names in every list, in the order of the first."""
-    return tuple(name for name in lists[0] if all(name in other for other in lists))
-
-
-def estimate_from(evidence: Evidence) -> CoefficientEstimate:
-    """Coefficients of a candidate fitted in one recording, as information and score."""
-    k = evidence.width
-    N = inverse(evidence.fit.covariance[-k:, -k:] * max(evidence.V, 1.0))
-    return CoefficientEstimate(N, N @ evidence.coefficients)
+    """Names in every list, in the order of the first; none without lists."""
+    return tuple(name for name in (lists[0] if lists else ()) if all(name in other for other in lists))
 
 
 def common_value_effects(effects_of_each: Sequence[Sequence[NamedEffect]], policy: Policy) -> list[CommonEffect]:
     """Noise and direct evidence in more than one recording, common where the sizes are alike."""
-    n = len(effects_of_each)
-    return [
-        _common_value_effect(effects, n, policy) for effects in _by_name(effects_of_each).values() if len(effects) > 1
-    ]
-
-
-def _common_value_effect(effects: Mapping[int, NamedEffect], n: int, policy: Policy) -> CommonEffect:
-    known = sorted(effects.values(), key=lambda effect: main_size(effect.effect))
-    alike = main_size(known[-1].effect) <= policy.somewhat_larger * main_size(known[0].effect)
-    named = replace(known[len(known) // 2], transfer=transfer_of(alike, len(known), n))
-    return CommonEffect(named, tuple(effects.get(i) for i in range(n)), _presences(effects, n))
+    n, common = len(effects_of_each), []
+    for effects in _by_name(effects_of_each).values():
+        known = sorted(effects.values(), key=lambda effect: main_size(effect.effect))
+        alike = main_size(known[-1].effect) <= policy.somewhat_larger * main_size(known[0].effect)
+        named = replace(known[len(known) // 2], transfer=transfer_of(alike, len(known), n))
+        if len(known) > 1:
+            common.append(CommonEffect(named, tuple(map(effects.get, range(n))), _presences(effects, n)))
+    return common
 
 
 Named = TypeVar("Named", AcceptedEffect, NamedEffect)

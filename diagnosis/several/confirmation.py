@@ -14,7 +14,7 @@ from diagnosis.library.candidates import Candidate
 from diagnosis.problem.formulation import pose_model, refit_iron
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.result import FITTED, Diagnosis, NamedEffect, Transfer
-from diagnosis.several.pooled_test import PooledCandidate, baselines_with, columns_in
+from diagnosis.several.pooled_test import PooledCandidate, columns_in
 from diagnosis.several.transfer import predicts
 from diagnosis.workflow import measured_rows
 from recordings import Recording
@@ -39,15 +39,14 @@ def confirmed(
     ]
     problems = (found.problem, _without_known(correct_reference(measured_rows(whole)[0]), effects))
 
-    def upgraded(one: NamedEffect) -> NamedEffect:
+    def confirm(one: NamedEffect) -> NamedEffect:
         if not one.transferable or found.problem.mode != problems[1].mode:
             return one
         others = [Candidate.of(effect) for effect in effects if effect is not one.effect]
-        pooled = PooledCandidate.of([Candidate.of(one.effect)], baselines_with(others, problems), problems)
-        holds = predicts(pooled, found.problem.policy)
+        holds = predicts(PooledCandidate.beside([Candidate.of(one.effect)], others, problems))
         return replace(one, transfer=Transfer.TRANSFERRED) if holds else one
 
-    known = replace(found, named=tuple(upgraded(one) for one in found.named), has_second=True)
+    known = replace(found, named=tuple(confirm(one) for one in found.named), has_second=True)
     return replace(known, sentence=sentence_for(known), advice=advice_for(known))
 
 

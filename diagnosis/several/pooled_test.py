@@ -19,6 +19,9 @@ from diagnosis.problem.linear import LinearProblem
 from diagnosis.several.coefficients import CoefficientEstimate, cross_predicted_gain, with_scatter
 from scenarios.arrays import Array
 
+Posed = tuple[LinearProblem, ColouredBaseline]
+"""A recording compared with the model, and its baseline with the accepted effects."""
+
 
 @dataclass(frozen=True, eq=False)
 class CandidateInRecording:
@@ -71,22 +74,6 @@ class CandidateInRecording:
         """Estimate of the coefficients, with the error stated by the noise model."""
         return CoefficientEstimate.of(np.sum(self.parts, axis=0))
 
-    def nats_at(self, c: Array) -> float:
-        """Nats of given coefficients (k,) with a noise model of their own, over the same rows without the effect."""
-        given = self.estimate.gain(c) - self.null_gain
-        return max(given, self._log_likelihood_at(c) - self.null_log_likelihood)
-
-    @cached_property
-    def null_log_likelihood(self) -> float:
-        """Log-likelihood of the rows without the effect."""
-        return self._log_likelihood_at(np.zeros(self.columns.shape[2]))
-
-    def _log_likelihood_at(self, c: Array) -> float:
-        """Log-likelihood of the rows less the effect at coefficients (k,), with its likelier noise model."""
-        rows, starts = self.baseline.rows, (self.hypothesis.noise_model, self.baseline.hypothesis.noise_model)
-        without = replace(rows, target=rows.target - self.columns @ c)
-        return Hypothesis.of(without, self.baseline.accepted_columns, starts).log_likelihood
-
     @property
     def strength(self) -> float:
         """Rms of the effect at its own coefficients after the base is refitted, in units of the noise."""
@@ -116,42 +103,47 @@ class CandidateInRecording:
 
 @dataclass(frozen=True, eq=False)
 class PooledCandidate:
-    """A candidate at one setting in n recordings; None where a recording lacks its causes."""
+    """A candidate at one setting in several recordings: `here` in those that hold its causes, by index."""
 
     candidate: Candidate
-    in_recordings: tuple[CandidateInRecording | None, ...]
+    here: dict[int, CandidateInRecording]
     price: float
 
     @classmethod
-    def of(
-        cls, settings: Sequence[Candidate], baselines: Sequence[ColouredBaseline], problems: Sequence[LinearProblem]
-    ) -> PooledCandidate:
-        """Test a candidate next to accepted effects, at the first setting or the likeliest in what it leaves."""
-        tried = max(setting.tried for setting in settings) * len(settings)
-        first = cls._at(settings[0], baselines, problems, tried)
+    def of(cls, settings: Sequence[Candidate], posed: Sequence[Posed]) -> PooledCandidate:
+        """Test a candidate next to accepted effects, at the first setting or the likeliest in the noise it leaves."""
+        first = cls._at(settings[0], settings, posed)
         if len(settings) == 1:
             return first
-        found = [(baseline, first.here.get(i)) for i, baseline in enumerate(baselines)]
-        left = [one if here is None else replace(one, hypothesis=here.hypothesis) for one, here in found]
-        likely = cross_predicted(settings, left, problems)
+        left = list(posed)
+        for i, here in first.here.items():
+            left[i] = here.problem, replace(here.baseline, hypothesis=here.hypothesis)
+        likely = cross_predicted(settings, left)
         best = max(settings, key=lambda setting: likely[setting])
-        if best == settings[0]:
-            return first
-        return max(first, cls._at(best, baselines, problems, tried), key=lambda pooled: pooled.gain)
+        found = first if best == settings[0] else cls._at(best, settings, posed)
+        return max(first, found, key=lambda pooled: pooled.gain)
 
     @classmethod
-    def _at(
-        cls, candidate: Candidate, baselines: Sequence[ColouredBaseline], problems: Sequence[LinearProblem], tried: int
+    def _at(cls, candidate: Candidate, settings: Sequence[Candidate], posed: Sequence[Posed]) -> PooledCandidate:
+        """Test one of several settings, at the price of a search among all."""
+        here = {}
+        for i, (problem, baseline) in enumerate(posed):
+            if (columns := columns_in(candidate, problem)) is not None:
+                here[i] = CandidateInRecording.of(candidate, problem, baseline, baseline.rows.bin(columns))
+        width = max((one.columns.shape[2] for one in here.values()), default=1)
+        tried = max(setting.tried for setting in settings) * len(settings)
+        return cls(candidate, here, search_price(tried, width, posed[0][0].policy))
+
+    @classmethod
+    def beside(
+        cls, settings: Sequence[Candidate], others: Iterable[Candidate], problems: Sequence[LinearProblem]
     ) -> PooledCandidate:
-        """Test the candidate, found among `tried` settings."""
-        in_recordings = tuple(
-            None
-            if (columns := columns_in(candidate, problem)) is None
-            else CandidateInRecording.of(candidate, problem, baseline, baseline.rows.bin(columns))
-            for problem, baseline in zip(problems, baselines, strict=True)
-        )
-        pooled = cls(candidate, in_recordings, 0.0)
-        return replace(pooled, price=search_price(tried, max(pooled.width, 1), problems[0].policy))
+        """Test a candidate as `of` does, next to other candidates in the recordings that hold their causes."""
+        known, posed = list(others), []
+        for problem in problems:
+            accepted = [columns for other in known if (columns := columns_in(other, problem)) is not None]
+            posed.append((problem, ColouredBaseline.of(problem, accepted)))
+        return cls.of(settings, posed)
 
     @property
     def name(self) -> str:
@@ -168,15 +160,10 @@ class PooledCandidate:
         """Number of columns."""
         return max((in_recording.columns.shape[2] for in_recording in self.here.values()), default=0)
 
-    @cached_property
-    def here(self) -> dict[int, CandidateInRecording]:
-        """The candidate in the recordings that hold its causes, by their index."""
-        return {i: in_recording for i, in_recording in enumerate(self.in_recordings) if in_recording is not None}
-
     @property
     def columns(self) -> dict[int, Array]:
         """Columns (n, q, k) in rows of the recordings that hold the causes."""
-        return {i: in_recording.columns for i, in_recording in self.here.items()}
+        return {i: one.columns for i, one in self.here.items()}
 
     @property
     def policy(self) -> Policy:
@@ -188,19 +175,19 @@ class PooledCandidate:
         """Difference of nats within which another candidate is as good: of the mean inflation of the recordings."""
         return self.policy.apart * float(np.mean([in_recording.inflation for in_recording in self.here.values()]))
 
-    @property
+    @cached_property
     def gain(self) -> float:
         """Nats over all recordings, not inflated: of common coefficients or, if larger, of each recording's own."""
-        common = cross_predicted_gain([in_recording.estimate for in_recording in self.here.values()])
-        own = sum(in_recording.held_out_gain for in_recording in self.here.values())
-        return max(common - sum(in_recording.null_gain for in_recording in self.here.values()), own) - self.price
+        tested = self.here.values()
+        common = cross_predicted_gain([one.estimate for one in tested]) - sum(one.null_gain for one in tested)
+        return max(common, sum(one.held_out_gain for one in tested)) - self.price
 
     @cached_property
     def estimates(self) -> dict[int, CoefficientEstimate]:
         """Estimates of the coefficients by recording, with errors widened by their scatter."""
         tested = self.here.values()
-        parts = [list(map(CoefficientEstimate.of, in_recording.parts)) for in_recording in tested]
-        found = with_scatter(parts, [in_recording.inflation for in_recording in tested]) if parts else []
+        parts = [list(map(CoefficientEstimate.of, one.parts)) for one in tested]
+        found = with_scatter(parts, [one.inflation for one in tested]) if parts else []
         return dict(zip(self.here, found, strict=True))
 
     @property
@@ -210,7 +197,8 @@ class PooledCandidate:
 
     def nats(self, i: int, c: Array) -> float:
         """Nats explained in a recording by coefficients (k,), over the inflation of their error."""
-        return self.here[i].nats_at(c) / self.estimates[i].inflation(c) if i in self.here else 0.0
+        one = self.here[i]
+        return (one.estimate.gain(c) - one.null_gain) / self.estimates[i].inflation(c)
 
     def own_nats(self, i: int) -> float:
         """Nats on held-out folds of a recording's own coefficients, over the inflation of their error."""
@@ -242,36 +230,19 @@ def estimates_beside(
     candidates: Iterable[Candidate], problem: LinearProblem, baseline: ColouredBaseline, noise_model: NoiseModel
 ) -> dict[Candidate, CoefficientEstimate]:
     """Coefficients of candidates in one recording under a given noise model; none for those whose causes it lacks."""
-    rows = {
-        candidate: baseline.rows.bin(columns)
-        for candidate in candidates
-        if (columns := columns_in(candidate, problem)) is not None
-    }
+    held = ((candidate, columns_in(candidate, problem)) for candidate in candidates)
+    rows = {candidate: baseline.rows.bin(columns) for candidate, columns in held if columns is not None}
     if not rows:
         return {}
     N = information_matrices(baseline.rows, baseline.accepted_columns, list(rows.values()), noise_model)
     return dict(zip(rows, map(CoefficientEstimate.of, N), strict=True))
 
 
-def cross_predicted(
-    candidates: Sequence[Candidate], baselines: Sequence[ColouredBaseline], problems: Sequence[LinearProblem]
-) -> dict[Candidate, float]:
+def cross_predicted(candidates: Sequence[Candidate], posed: Sequence[Posed]) -> dict[Candidate, float]:
     """Nats explained in each recording by the other recordings' coefficients, summed, in the baselines' noise."""
-    found = [
-        estimates_beside(candidates, problem, baseline, baseline.hypothesis.noise_model)
-        for problem, baseline in zip(problems, baselines, strict=True)
-    ]
+    found = [estimates_beside(candidates, *one, one[1].hypothesis.noise_model) for one in posed]
     several = {candidate: [one[candidate] for one in found if candidate in one] for candidate in candidates}
     return {one: cross_predicted_gain(estimates) if estimates else -np.inf for one, estimates in several.items()}
-
-
-def baselines_with(candidates: Sequence[Candidate], problems: Sequence[LinearProblem]) -> list[ColouredBaseline]:
-    """The baseline of each recording with the candidates whose causes it holds accepted."""
-    several = [[columns_in(candidate, problem) for candidate in candidates] for problem in problems]
-    return [
-        ColouredBaseline.of(problem, [columns for columns in found if columns is not None])
-        for problem, found in zip(problems, several, strict=True)
-    ]
 
 
 def columns_in(candidate: Candidate, problem: LinearProblem) -> Array | None:

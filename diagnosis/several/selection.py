@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-
-import numpy as np
 
 from diagnosis.decision.selection import residual_tests
 from diagnosis.decision.white_choice import AcceptedEffect, in_same_family, is_form_by_size, select_simplest
@@ -15,18 +13,19 @@ from diagnosis.evidence.baseline import Baseline, added_share
 from diagnosis.evidence.candidate_test import ColouredBaseline
 from diagnosis.evidence.held_out import Evidence
 from diagnosis.library.candidates import Candidate
-from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.result import Transfer
 from diagnosis.several.common_effects import in_all
-from diagnosis.several.look_alikes import Settings, fit_equally_well, look_alikes
-from diagnosis.several.pooled_test import CandidateInRecording, PooledCandidate, columns_in, cross_predicted
-from diagnosis.several.transfer import PooledEffect, assess_transfer
-from diagnosis.workflow import Examination
-from scenarios.arrays import Array
+from diagnosis.several.pooled_test import (
+    CandidateInRecording,
+    PooledCandidate,
+    Posed,
+    columns_in,
+    cross_predicted,
+)
+from diagnosis.several.transfer import PooledEffect, Settings, assess_transfer, fit_equally_well, look_alikes
+from diagnosis.workflow import Examination, Progress
 from sim.effects import EFFECTS
-
-Progress = Callable[[str], object]
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,20 +62,10 @@ class PooledRecording:
         """Effects found by the recording's own diagnosis, without events."""
         return [effect for effect in self.examination.conclusion.accepted if not effect.evidence.candidate.one_run]
 
-    @property
-    def own_names(self) -> set[str]:
-        """Names of the own effects and of their look-alikes."""
-        return {name for effect in self.own_effects for name in (effect.name, *effect.alternatives)}
-
     @cached_property
-    def coloured(self) -> ColouredBaseline:
-        """The baseline with its noise model."""
-        return ColouredBaseline.of(self.problem, self.baseline.accepted_columns)
-
-    def competing_columns(self, pooled: PooledCandidate) -> list[Array]:
-        """Columns (N, q, k) of own effects of a different family that do not list the candidate as a look-alike."""
-        others = (effect for effect in self.own_effects if pooled.name not in (effect.name, *effect.alternatives))
-        return [effect.columns(self.problem) for effect in others if not in_same_family(effect.evidence, pooled)]
+    def posed(self) -> Posed:
+        """The problem, and the baseline with its noise model."""
+        return self.problem, ColouredBaseline.of(self.problem, self.baseline.accepted_columns)
 
     def with_candidate(self, candidate: Candidate) -> PooledRecording:
         """The recording with a further effect in the baseline, where its causes are recorded."""
@@ -89,11 +78,11 @@ def select_pooled(
 ) -> tuple[list[PooledEffect], list[PooledEffect]]:
     """Select effects supported by several recordings; return them with the effects named by a single recording."""
     policy, settings, accepted = recordings[0].problem.policy, _settings(recordings), list[PooledEffect]()
-    first = [recording.coloured for recording in recordings]
+    first = [recording.posed[1] for recording in recordings]
     while len(accepted) < policy.most_effects and not (accepted and _residuals_are_clean(recordings, accepted)):
         say(f"all recordings together, round {len(accepted) + 1}")
         best = _best_candidate(recordings, settings, accepted)
-        if best is None or _is_form_of_accepted(best, accepted, first, policy):
+        if best is None or (accepted and is_form_of(accepted, best, first)):
             break
         accepted.append(best)
         recordings = [recording.with_candidate(best.pooled.candidate) for recording in recordings]
@@ -102,12 +91,12 @@ def select_pooled(
 
 def _settings(recordings: Sequence[PooledRecording]) -> Settings:
     """The settings of every effect accepted by a recording alone, or found best where none accepts the effect."""
-    accepted = [effect.evidence for recording in recordings for effect in recording.own_effects]
+    accepted = (effect.evidence for recording in recordings for effect in recording.own_effects)
     results = (result for recording in recordings for result in recording.examination.conclusion.selection.results)
-    return _by_name([result.evidence for result in results]) | _by_name(accepted)
+    return _by_name(result.evidence for result in results) | _by_name(accepted)
 
 
-def _by_name(several: Sequence[Evidence]) -> Settings:
+def _by_name(several: Iterable[Evidence]) -> Settings:
     settings: Settings = {}
     for candidate in dict.fromkeys(evidence.candidate for evidence in several if not evidence.candidate.one_run):
         settings.setdefault(candidate.name, []).append(candidate)
@@ -128,8 +117,7 @@ def _best_candidate(
     recordings: Sequence[PooledRecording], settings: Settings, accepted: Sequence[PooledEffect]
 ) -> PooledEffect | None:
     """The most likely candidate supported by the recordings together."""
-    tried = _screened(recordings, settings, accepted)
-    refused: list[PooledCandidate] = []
+    tried, refused = _screened(recordings, settings, accepted), list[PooledCandidate]()
     for pooled in sorted(tried, key=lambda candidate: -candidate.gain):
         if any(better.explains(pooled.columns) for better in refused):
             continue  # explained by a better candidate, hence refused for the same reason
@@ -137,13 +125,44 @@ def _best_candidate(
         coloured = not _residuals_are_clean(with_candidate, [*accepted, pooled])
         effect = _assessed(pooled, recordings, coloured=coloured)
         if _is_supported(effect, recordings, with_candidate, coloured=coloured):
-            named = _with_alternatives(effect, tried, settings, recordings, coloured=coloured)
+            named = _with_alternatives(effect, pooled, tried, settings, recordings, coloured=coloured)
             if not _is_contradicted(named, recordings):
                 return named
         # A recording with another cause may show the cause of all: then the rivals of this candidate stay.
-        if effect.pooled.in_recordings == pooled.in_recordings:
+        if effect.pooled.here == pooled.here:
             refused.append(pooled)
     return None
+
+
+def _screened(
+    recordings: Sequence[PooledRecording], settings: Settings, accepted: Sequence[PooledEffect]
+) -> list[PooledCandidate]:
+    """Test the candidates of largest gain with the baselines' noise models, and all effects named by a recording."""
+    posed = [recording.posed for recording in recordings]
+    likely = cross_predicted([setting for listed in settings.values() for setting in listed], posed)
+    best = {name: sorted(listed, key=lambda setting: -likely[setting]) for name, listed in settings.items()}
+    order = sorted(best, key=lambda name: -likely[best[name][0]])[: recordings[0].problem.policy.tried_coloured]
+    own_names = {effect.name for recording in recordings for effect in recording.own_effects}
+    names = dict.fromkeys([*order, *sorted(own_names - {effect.name for effect in accepted})])
+    return [PooledCandidate.of(best[name], posed) for name in names]
+
+
+def _assessed(pooled: PooledCandidate, recordings: Sequence[PooledRecording], *, coloured: bool) -> PooledEffect:
+    """The candidate's transfer, tested next to effects that a recording has by itself and that compete.
+
+    Competing effects are of a different family, and do not list the candidate as a look-alike.
+    """
+    policy, here, named = recordings[0].problem.policy, dict(pooled.here), []
+    for i, recording in enumerate(recordings):
+        own = recording.own_effects
+        others = [effect for effect in own if pooled.name not in (effect.name, *effect.alternatives)]
+        competing = [effect for effect in others if not in_same_family(effect.evidence, pooled)]
+        if i in here:
+            here[i] = here[i].beside([effect.columns(recording.problem) for effect in competing])
+        if any(effect.name == pooled.name for effect in own):
+            named.append(i)
+    needed = policy.coloured_nats if coloured else policy.accepted_pooled(len(EFFECTS))
+    return assess_transfer(replace(pooled, here=here), needed, named)
 
 
 def _is_supported(
@@ -153,110 +172,64 @@ def _is_supported(
     *,
     coloured: bool,
 ) -> bool:
-    """Whether the recordings support an effect beyond chance; in coloured noise, by enough of the gap as well."""
+    """Whether the recordings support an effect beyond chance.
+
+    In coloured noise an effect explains a share of the gap as well, and a source gains along the field in at least half
+    of the recordings.
+    """
     if effect.transfer is None or effect.nats <= effect.pooled.surrogate_gain():
         return False
-    pairs = [(recordings[i], with_candidate[i]) for i in effect.present]
-    return not coloured or (_explains_gap(pairs, effect.pooled.policy) and _along_the_field(effect, pairs))
+    if not coloured:
+        return True
+    pairs, traits = [(recordings[i], with_candidate[i]) for i in effect.present], effect.pooled.candidate.effect.traits
+    shares = [added_share(before.start, before.baseline, after.baseline.squares) for before, after in pairs]
+    along = [
+        explains_along_field(before.baseline, after.baseline)
+        for before, after in pairs
+        if traits.field_source and before.problem.mode == "vector"
+    ]
+    enough = sum(shares) / max(len(shares), 1) >= effect.pooled.policy.trace
+    return enough and 2 * sum(along) >= len(along)
 
 
 def _is_contradicted(effect: PooledEffect, recordings: Sequence[PooledRecording]) -> bool:
     """Whether half of the recordings able to show the effect alone exclude it by a rule of their own diagnosis."""
     pooled, names = effect.pooled, {effect.name, *effect.alternatives}
-    able = [recording for i, recording in enumerate(recordings) if pooled.own_nats(i) > pooled.policy.coloured_nats]
-    against = [recording for recording in able if not names & recording.own_names]
-    return bool(able) and 2 * len(against) >= len(able)
-
-
-def _assessed(pooled: PooledCandidate, recordings: Sequence[PooledRecording], *, coloured: bool) -> PooledEffect:
-    """The candidate's transfer, tested next to competing effects that a recording has by itself."""
-    policy = recordings[0].problem.policy
-    needed = policy.coloured_nats if coloured else policy.accepted_pooled(len(EFFECTS))
-    in_recordings = tuple(
-        in_recording and in_recording.beside(recording.competing_columns(pooled))
-        for in_recording, recording in zip(pooled.in_recordings, recordings, strict=True)
-    )
-    own_names = [[effect.name for effect in recording.own_effects] for recording in recordings]
-    named = [i for i, names in enumerate(own_names) if pooled.name in names]
-    return assess_transfer(replace(pooled, in_recordings=in_recordings), needed, policy, named)
-
-
-def _screened(
-    recordings: Sequence[PooledRecording], settings: Settings, accepted: Sequence[PooledEffect]
-) -> list[PooledCandidate]:
-    """Test the candidates of largest gain with the baselines' noise models, and all effects named by a recording."""
-    posed = _posed(recordings)
-    flat = [setting for listed in settings.values() for setting in listed]
-    likely = cross_predicted(flat, *posed)
-    best = {name: sorted(listed, key=lambda setting: -likely[setting]) for name, listed in settings.items()}
-    order = sorted(best, key=lambda name: -likely[best[name][0]])[: recordings[0].problem.policy.tried_coloured]
-    own_names = {effect.name for recording in recordings for effect in recording.own_effects}
-    names = dict.fromkeys([*order, *(own_names - {effect.name for effect in accepted})])
-    return [PooledCandidate.of(best[name], *posed) for name in names]
-
-
-def _posed(recordings: Sequence[PooledRecording]) -> tuple[list[ColouredBaseline], list[LinearProblem]]:
-    return [recording.coloured for recording in recordings], [recording.problem for recording in recordings]
-
-
-def _explains_gap(pairs: Sequence[tuple[PooledRecording, PooledRecording]], policy: Policy) -> bool:
-    """Whether a candidate explains a share of the gap where it is present."""
-    shares = [added_share(before.start, before.baseline, after.baseline.squares) for before, after in pairs]
-    return float(np.mean(shares or [0.0])) >= policy.trace
-
-
-def _along_the_field(effect: PooledEffect, pairs: Sequence[tuple[PooledRecording, PooledRecording]]) -> bool:
-    """Whether a source gains along the field in at least half of the recordings."""
-    if not effect.pooled.candidate.effect.traits.field_source:
-        return True
-    gains_along = [
-        explains_along_field(before.baseline, after.baseline)
-        for before, after in pairs
-        if before.problem.mode == "vector"
-    ]
-    return 2 * sum(gains_along) >= len(gains_along)
+    able = [recordings[i] for i in pooled.here if pooled.own_nats(i) > pooled.policy.coloured_nats]
+    own = [{name for one in recording.own_effects for name in (one.name, *one.alternatives)} for recording in able]
+    return bool(able) and 2 * sum(map(names.isdisjoint, own)) >= len(able)
 
 
 def _with_alternatives(
     effect: PooledEffect,
+    best: PooledCandidate,
     tried: Sequence[PooledCandidate],
     settings: Settings,
     recordings: Sequence[PooledRecording],
     *,
     coloured: bool,
 ) -> PooledEffect:
-    """Choose the simplest of the candidates as good as the best, with all look-alikes as alternatives."""
-    problems, policy = [recording.problem for recording in recordings], recordings[0].problem.policy
-    best = next(pooled for pooled in tried if pooled.candidate == effect.pooled.candidate)
-    closest, alike = look_alikes(best, tried, policy, coloured=coloured)
-    names = [*(one.name for one in (*closest, *alike)), *fit_equally_well(effect, settings, problems)]
-    simplest = select_simplest(closest, policy)
+    """Choose the simplest of the candidates as good as the best, with all look-alikes as alternatives.
+
+    Where coefficients differ, the recordings together do not tell the look-alikes: those that every recording lists
+    whose own diagnosis names the effect are added.
+    """
+    closest, alike = look_alikes(best, tried, coloured=coloured)
+    names = [*(one.name for one in (*closest, *alike)), *fit_equally_well(effect, settings)]
+    simplest = select_simplest(closest, best.policy)
     simpler = effect if simplest is best else _assessed(simplest, recordings, coloured=coloured)
     last = effect if simpler.transfer is None else simpler
     if last.transfer is Transfer.NOT_TRANSFERRED:
-        names += _common_alternatives(last.name, recordings)
+        own = (one for recording in recordings for one in recording.own_effects)
+        names += in_all([one.alternatives for one in own if one.name == last.name])
     return replace(last, alternatives=tuple(name for name in dict.fromkeys(names) if name != last.name))
 
 
-def _common_alternatives(name: str, recordings: Sequence[PooledRecording]) -> tuple[str, ...]:
-    """Look-alikes listed by every recording whose own diagnosis names the effect.
-
-    Where coefficients differ, the remaining recordings carry no information on look-alikes.
-    """
-    own = (effect for recording in recordings for effect in recording.own_effects)
-    lists = [effect.alternatives for effect in own if effect.name == name]
-    return in_all(lists) if lists else ()
-
-
-def _is_form_of_accepted(
-    best: PooledEffect, accepted: Sequence[PooledEffect], first: Sequence[ColouredBaseline], policy: Policy
-) -> bool:
+def is_form_of(accepted: Sequence[PooledEffect], best: PooledEffect, first: Sequence[ColouredBaseline]) -> bool:
     """Whether an effect is a form error of accepted effects: of one family, or far smaller.
 
     first : the baselines without any effect. A size far smaller than alone shows resemblance to accepted effects.
     """
-    if not accepted:
-        return False
     if any(in_same_family(best.pooled, effect.pooled) for effect in accepted):
         return True
     same = any(best.name == effect.name for effect in accepted)
@@ -264,8 +237,8 @@ def _is_form_of_accepted(
         i: CandidateInRecording.of(one.candidate, one.problem, first[i], one.columns)
         for i, one in best.pooled.here.items()
     }
-    alone = replace(best, pooled=replace(best.pooled, in_recordings=tuple(map(here.get, range(len(first))))))
-    return is_form_by_size(best.strength, alone.strength, accepted[0].strength, policy, same=same)
+    alone = replace(best, pooled=replace(best.pooled, here=here))
+    return is_form_by_size(best.strength, alone.strength, accepted[0].strength, best.pooled.policy, same=same)
 
 
 def _named_by_one(
@@ -273,10 +246,11 @@ def _named_by_one(
 ) -> list[PooledEffect]:
     """Effects named by a single recording, tested next to the accepted effects of the pool."""
     known = {name for effect in accepted for name in (effect.name, *effect.alternatives)}
-    own = (effect for recording in recordings for effect in recording.own_effects)
-    alone = {effect.name: effect.evidence.candidate for effect in own if effect.name not in known}
-    joints = [
-        PooledCandidate.of(sorted(settings[name], key=lambda one, first=candidate: one != first), *_posed(recordings))  # type: ignore[misc]
-        for name, candidate in alone.items()
-    ]
-    return [replace(_assessed(pooled, recordings, coloured=True), transfer=None) for pooled in joints]
+    own = {effect.name: effect.evidence.candidate for recording in recordings for effect in recording.own_effects}
+    posed, alone = [recording.posed for recording in recordings], []
+    for name, first in own.items():
+        if name not in known:
+            others = [setting for setting in settings[name] if setting != first]
+            pooled = PooledCandidate.of([first, *others], posed)
+            alone.append(replace(_assessed(pooled, recordings, coloured=True), transfer=None))
+    return alone

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence, Set
+from collections.abc import Sequence, Set
 from dataclasses import replace
 
 import numpy as np
@@ -13,19 +13,17 @@ from diagnosis.problem.linear import LinearProblem
 from diagnosis.repair.new_model import patch_model
 from diagnosis.result import EvidenceKind
 from diagnosis.several.common_effects import CommonEffect, common_effect
-from diagnosis.several.pooled_test import PooledCandidate, baselines_with
+from diagnosis.several.pooled_test import PooledCandidate
 from diagnosis.several.result import SENSORS, PooledDiagnosis, RecordingGap, worst
 from diagnosis.several.selection import PooledRecording, select_pooled
 from diagnosis.several.sentence import with_sentences
 from diagnosis.several.transfer import compare_sensors
 from diagnosis.several.verdict_rules import PooledVerdict
-from diagnosis.workflow import Examination, diagnosis_of, examine
+from diagnosis.workflow import Examination, Progress, diagnosis_of, examine
 from recordings import Recording
 from scenarios.errors import InputError
 from sim.pool import Tasks
 from sim.scenario import Model
-
-Progress = Callable[[str], object]
 
 
 @one_thread()
@@ -108,8 +106,8 @@ def _compared_effects(examinations: Sequence[Examination], named: Set[str]) -> l
         alike = [own for own in strongest_first if own.name == name]
         settings = dict.fromkeys(own.evidence.candidate for own in alike)
         others = dict.fromkeys(own.evidence.candidate for own in accepted if own.name != name)
-        pooled = PooledCandidate.of(list(settings), baselines_with(list(others), problems), problems)
-        effect = replace(compare_sensors(pooled, problems[0].policy), alternatives=alike[0].alternatives)
+        pooled = PooledCandidate.beside(list(settings), others, problems)
+        effect = replace(compare_sensors(pooled), alternatives=alike[0].alternatives)
         compared.append(common_effect(effect, problems, alike[0].evidence.strength))
     return compared
 

@@ -83,7 +83,7 @@ def shown(transfer: Transfer | None, *asked: bool, alternatives: tuple[str, ...]
     pooled: Any = SimpleNamespace(
         candidate=Candidate(HardIronDrift), name="hard_iron_drift", here=here, estimates=dict.fromkeys(here, OWN)
     )
-    presence = tuple(Presence.PRESENT if there else Presence.NOT_RECORDED for there in asked)
+    presence = dict.fromkeys(here, Presence.PRESENT)
     return PooledEffect(pooled, transfer, 90.0, presence, agreement([OWN] * len(here), 0.0), alternatives)
 
 

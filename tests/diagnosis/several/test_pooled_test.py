@@ -78,35 +78,16 @@ def test_what_a_rest_that_was_found_badly_lacks_is_nothing_that_a_candidate_hold
     coloured_baseline = _with(0.0 * TO)
     one = _asked(replace(coloured_baseline, hypothesis=_badly(coloured_baseline, coloured_baseline.hypothesis)), SLOW)
     assert one.held_out_gain < STANDARD.apart
-    assert one.nats_at(0 * TO) < STANDARD.apart
 
 
 def test_coefficients_as_they_are_explain_what_no_colour_would() -> None:
     """A ramp of ten sigma: thousands of nats in the noise that it leaves, a hundred over a rest that wanders."""
     one = _asked(_with(10 * RAMP @ TO), RAMP)
     assert one.held_out_gain > STANDARD.coloured_nats
-    assert one.nats_at(one.estimate.c) == pytest.approx(one.held_out_gain, abs=2 * STANDARD.apart)
-    assert one.nats_at(0 * TO) == 0.0
-
-
-@pytest.mark.parametrize("poorer", [True, False])
-def test_what_is_without_an_effect_is_found_from_either_rest(poorer: bool) -> None:
-    """A jump that is in already, in white noise: beside a walk it would be another jump."""
-    coloured_baseline = _with(10 * JUMP @ TO, (JUMP,))
-    one, badly = _asked(coloured_baseline, SLOW), _badly(coloured_baseline, coloured_baseline.hypothesis)
-    one = (
-        replace(one, baseline=replace(coloured_baseline, hypothesis=badly))
-        if poorer
-        else replace(one, hypothesis=badly)
-    )
-    white_noise = NoiseModel(np.ones(1), np.ones(3), np.zeros((3, 1)))
-    assert (
-        one.null_log_likelihood
-        > Hypothesis.with_noise_model(
-            coloured_baseline.rows, coloured_baseline.accepted_columns, white_noise
-        ).log_likelihood
-        - STANDARD.apart
-    )
+    pooled = PooledCandidate(MOTOR, {0: one}, 0.0)
+    nats = pooled.nats(0, one.estimate.c) * pooled.estimates[0].inflation(one.estimate.c)
+    assert nats == pytest.approx(one.held_out_gain, abs=2 * STANDARD.apart)
+    assert pooled.nats(0, 0 * TO) <= 0.0
 
 
 def test_what_is_left_of_the_same_course_inflates() -> None:
@@ -119,9 +100,9 @@ def test_what_is_left_of_the_same_course_inflates() -> None:
 
 def test_a_joint_pays_for_its_search_and_is_as_good_within_what_is_left() -> None:
     """The search compared all settings of the recordings, each of which had been searched for."""
-    found = PooledCandidate.of([replace(MOTOR, tried=200), MOTOR.at({"motor": 1})], [_with(0.0 * TO)], [GIVEN])
+    found = PooledCandidate.of([replace(MOTOR, tried=200), MOTOR.at({"motor": 1})], [(GIVEN, _with(0.0 * TO))])
     assert found.price == search_price(400, 3, STANDARD) > search_price(200, 3, STANDARD)
-    in_recording: Any = tuple(SimpleNamespace(inflation=by, problem=GIVEN) for by in (2.0, 4.0))
+    in_recording: Any = {i: SimpleNamespace(inflation=by, problem=GIVEN) for i, by in enumerate((2.0, 4.0))}
     assert PooledCandidate(MOTOR, in_recording, 0.0).indistinct_nats == pytest.approx(3 * STANDARD.apart)
 
 
@@ -130,21 +111,20 @@ def test_the_likeliest_setting_is_the_one_that_is_there_and_the_least_likely_one
     hidden = {"motor_current": {"gain_nT_A": [3.0, -2.0, 4.0]}}
     problems = [problem(recording(1200, seed=seed, hidden=hidden)) for seed in (1, 2)]
     one, gone = MOTOR.at({"motor": 1}), MOTOR.at({"motor": 9})
-    baselines = [ColouredBaseline.of(each, []) for each in problems]
-    likely = cross_predicted([one, gone, MOTOR], baselines, problems)
+    posed = [(each, ColouredBaseline.of(each, [])) for each in problems]
+    likely = cross_predicted([one, gone, MOTOR], posed)
     assert likely[gone] == -np.inf
     assert likely[MOTOR] > likely[one] > 0.0
-    found = PooledCandidate.of([one, gone, MOTOR], baselines, problems)
+    found = PooledCandidate.of([one, gone, MOTOR], posed)
     assert found.candidate == MOTOR
-    assert found.gain > PooledCandidate.of([one], baselines, problems).gain
+    assert found.gain > PooledCandidate.of([one], posed).gain
 
 
 def test_coefficients_are_known_no_better_than_what_is_left_allows() -> None:
     """Of parts that say the same: four times the variance that the rest states."""
     parts = (np.diag([5.0, 5.0, 0.0]) + np.outer([0, 0, 1], [5.0, 5.0, 0.0]),) * 4
     in_recording: Any = SimpleNamespace(parts=parts, inflation=4.0)
-    one = PooledCandidate(MOTOR, (in_recording,), 0.0).estimates[0]
-    assert one is not None
+    one = PooledCandidate(MOTOR, {0: in_recording}, 0.0).estimates[0]
     assert one.inflation(np.ones(2)) == pytest.approx(4.0)
 
 
@@ -166,12 +146,8 @@ def test_the_strength_of_what_strength_and_dip_do_not_share_is_its_own() -> None
 def test_errors_are_known_by_three_degrees_of_freedom_of_each_recording() -> None:
     """Of four parts, which share one coefficient."""
     coloured_baseline = _with(0.0 * TO)
-    assert (
-        PooledCandidate(
-            MOTOR, (_asked(coloured_baseline, SLOW), None, _asked(coloured_baseline, RAMP)), 0.0
-        ).error_degrees
-        == 6
-    )
+    here = {0: _asked(coloured_baseline, SLOW), 2: _asked(coloured_baseline, RAMP)}
+    assert PooledCandidate(MOTOR, here, 0.0).error_degrees == 6
 
 
 def test_the_inflation_is_what_a_column_shifted_in_time_gains_over_half_a_nat() -> None:
@@ -196,9 +172,8 @@ def test_the_strength_is_the_rms_of_the_course_that_a_refitted_base_leaves() -> 
 
 
 def test_a_candidate_that_no_recording_holds_has_no_width_and_explains_nothing() -> None:
-    nowhere = PooledCandidate(MOTOR, (None, None), 0.0)
+    nowhere = PooledCandidate.beside([MOTOR.at({"motor": 9})], [], [GIVEN])
     assert (nowhere.width, nowhere.estimates, nowhere.error_degrees, nowhere.columns) == (0, {}, 0, {})
-    assert (nowhere.nats(0, np.ones(3)), nowhere.own_nats(0)) == (0.0, 0.0)
 
 
 @pytest.mark.parametrize(
@@ -223,7 +198,7 @@ def test_surrogates_are_shifted_alike_in_every_recording_and_the_largest_gain_co
     def shifted(*scores: float) -> Any:
         return SimpleNamespace(surrogates=[np.array([[1.0, g], [g, 9.0]]) for g in scores], inflation=2.0)
 
-    pooled = PooledCandidate(MOTOR, (shifted(1.0, 3.0, -4.0), None, shifted(1.0, 2.0, 4.0)), 0.0)
+    pooled = PooledCandidate(MOTOR, {0: shifted(1.0, 3.0, -4.0), 2: shifted(1.0, 2.0, 4.0)}, 0.0)
     # over two: (3, 2) explain 2 * 3 - 2 + 3 * 2 - 4.5 = 5.5 of unit information
     assert pooled.surrogate_gain() == pytest.approx(5.5 / 2)
 
@@ -235,7 +210,7 @@ def test_a_candidate_of_a_lot_gains_by_common_or_by_own_coefficients_less_its_pr
     """Two of one column with coefficient 3 and unit information each: the other's explains 4.5 nats."""
     alike = CoefficientEstimate(np.eye(1), np.array([3.0]))
     one: Any = SimpleNamespace(estimate=alike, null_gain=without / 2, held_out_gain=held)
-    assert PooledCandidate(MOTOR, (one, one), 1.0).gain == gain
+    assert PooledCandidate(MOTOR, {0: one, 1: one}, 1.0).gain == gain
 
 
 @pytest.mark.parametrize(("size", "columns"), [(0.0, SLOW), (10.0, RAMP)])

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagnosis.policy import STANDARD
+from diagnosis.policy import STANDARD, Policy
 from diagnosis.result import Transfer
 from diagnosis.several.coefficients import CoefficientEstimate
 from diagnosis.several.transfer import PooledEffect, Presence, assess_transfer, compare_sensors, predicts
@@ -37,8 +37,8 @@ class Lot:
     name: str = "motor_current"
 
     @property
-    def in_recordings(self) -> tuple[Size | None, ...]:
-        return self.sizes
+    def policy(self) -> Policy:
+        return STANDARD
 
     @property
     def here(self) -> dict[int, Size]:
@@ -65,7 +65,7 @@ class Lot:
 
 
 def assessed(*sizes: Size | None, named: tuple[int, ...] = (), **others: Any) -> PooledEffect:
-    return assess_transfer(Lot(sizes, **others), NEEDED, STANDARD, named)  # type: ignore[arg-type]
+    return assess_transfer(Lot(sizes, **others), NEEDED, named)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
@@ -92,7 +92,8 @@ def test_coefficients_tell_how_far_an_effect_reaches(
     Weak in each, strong together; a tenth of the size in recordings that hardly know it is no second witness.
     """
     found = assessed(*sizes)
-    assert (found.transfer, found.presence) == (reaches, presence)
+    there = tuple(found.presence.get(i, UNASKED) for i in range(len(sizes)))
+    assert (found.transfer, there) == (reaches, presence)
 
 
 def test_a_tone_that_two_recordings_name_by_themselves_begins_each_with_another_phase() -> None:
@@ -103,7 +104,7 @@ def test_a_tone_that_two_recordings_name_by_themselves_begins_each_with_another_
     assert assessed(*opposite, named=(0,)).transfer is None
     assert assessed(*opposite, named=(0, 2)).transfer is None
     weak = assessed((1.0, 18.0), (-1.0, 18.0), named=(0, 1))
-    assert (weak.presence, weak.transfer) == ((PRESENT, PRESENT), None)
+    assert (list(weak.presence.values()), weak.transfer) == ([PRESENT, PRESENT], None)
 
 
 def test_evidence_is_less_its_price_and_sizes_stay_within_bounds() -> None:
@@ -112,7 +113,7 @@ def test_evidence_is_less_its_price_and_sizes_stay_within_bounds() -> None:
     found = assessed(*same, price=11.0)
     assert (found.transfer, found.nats) == (None, 9.0)
     beyond = assessed(*same, largest=0.5)
-    assert (beyond.transfer, beyond.presence) == (None, (PRESENT, PRESENT))
+    assert (beyond.transfer, list(beyond.presence.values())) == (None, [PRESENT, PRESENT])
 
 
 @pytest.mark.parametrize(
@@ -129,7 +130,7 @@ def test_sensors_are_compared_by_those_that_have_an_effect_known_no_better_than_
     sizes: tuple[Size, ...], reaches: Transfer | None
 ) -> None:
     """By all where none has it by itself; the covariance is of one sensor, since all share the run's slow errors."""
-    found = compare_sensors(Lot(sizes), STANDARD)  # type: ignore[arg-type]
+    found = compare_sensors(Lot(sizes))  # type: ignore[arg-type]
     assert found.transfer is reaches
     if reaches is ALL:
         assert found.agreement.covariance == pytest.approx(1 / sizes[0][1])
@@ -140,7 +141,7 @@ def test_sensors_are_compared_by_those_that_have_an_effect_known_no_better_than_
     [((1.0, 20.0), True), ((1.03, 9e4), True), ((1.3, 9e4), False), ((1.0, 4.0), False), (None, False)],
 )
 def test_a_second_recording_is_foretold_by_enough_and_agrees(second: Size | None, holds: bool) -> None:
-    assert predicts(Lot(((1.0, 9e4), second)), STANDARD) is holds  # type: ignore[arg-type]
+    assert predicts(Lot(((1.0, 9e4), second))) is holds  # type: ignore[arg-type]
 
 
 def test_the_strength_is_that_of_the_recordings_with_the_effect() -> None:
@@ -149,11 +150,11 @@ def test_the_strength_is_that_of_the_recordings_with_the_effect() -> None:
 
     def strength(*there: Presence) -> float:
         pooled: Any = _Tested(here)
-        return PooledEffect(pooled, None, 0.0, there, assessed((1.0, 1.0)).agreement).strength
+        return PooledEffect(pooled, None, 0.0, dict(enumerate(there)), assessed((1.0, 1.0)).agreement).strength
 
-    assert strength(PRESENT, PRESENT, UNASKED) == pytest.approx(12.5**0.5)
-    assert strength(PRESENT, ABSENT, UNASKED) == pytest.approx(3.0)
-    assert strength(ABSENT, OPEN, UNASKED) == pytest.approx(12.5**0.5)
+    assert strength(PRESENT, PRESENT) == pytest.approx(12.5**0.5)
+    assert strength(PRESENT, ABSENT) == pytest.approx(3.0)
+    assert strength(ABSENT, OPEN) == pytest.approx(12.5**0.5)
 
 
 @dataclass(frozen=True)
