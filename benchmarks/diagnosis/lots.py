@@ -36,7 +36,7 @@ from benchmarks.diagnosis.truth import BASE, EQUIVALENT
 from diagnosis.problem.formulation import pose_model
 from diagnosis.result import EvidenceKind, Transfer
 from diagnosis.several.selection import PooledRecording, select_pooled
-from diagnosis.several.verdict_rules import PooledVerdict
+from diagnosis.several.workflow import PooledVerdict
 from diagnosis.workflow import examine
 from sim.scenario import ModelSpec
 

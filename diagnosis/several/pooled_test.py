@@ -11,7 +11,6 @@ import numpy as np
 from diagnosis.evidence.candidate_test import ColouredBaseline, surrogate_columns
 from diagnosis.evidence.held_out import search_price
 from diagnosis.evidence.hypothesis import Hypothesis, information_matrices, remaining, white_noise_model
-from diagnosis.evidence.noise_model import NoiseModel
 from diagnosis.evidence.projections import products
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import Policy
@@ -56,6 +55,11 @@ class CandidateInRecording:
         held_out = max(null.held_out_log_likelihood, same.held_out_log_likelihood)
         gain = hypothesis.held_out_log_likelihood - held_out
         return cls(candidate, problem, baseline, columns, hypothesis, parts, null_gain, gain)
+
+    @property
+    def posed(self) -> Posed:
+        """The recording, and its baseline with the candidate's noise model."""
+        return self.problem, replace(self.baseline, hypothesis=self.hypothesis)
 
     @cached_property
     def surrogates(self) -> list[Array]:
@@ -115,9 +119,7 @@ class PooledCandidate:
         first = cls._at(settings[0], settings, posed)
         if len(settings) == 1:
             return first
-        left = list(posed)
-        for i, here in first.here.items():
-            left[i] = here.problem, replace(here.baseline, hypothesis=here.hypothesis)
+        left = [first.here[i].posed if i in first.here else one for i, one in enumerate(posed)]
         likely = cross_predicted(settings, left)
         best = max(settings, key=lambda setting: likely[setting])
         found = first if best == settings[0] else cls._at(best, settings, posed)
@@ -226,23 +228,23 @@ class PooledCandidate:
         return not self.here or bool(kept / max(alone, 1e-9) < self.policy.half)
 
 
-def estimates_beside(
-    candidates: Iterable[Candidate], problem: LinearProblem, baseline: ColouredBaseline, noise_model: NoiseModel
-) -> dict[Candidate, CoefficientEstimate]:
-    """Coefficients of candidates in one recording under a given noise model; none for those whose causes it lacks."""
-    held = ((candidate, columns_in(candidate, problem)) for candidate in candidates)
-    rows = {candidate: baseline.rows.bin(columns) for candidate, columns in held if columns is not None}
-    if not rows:
-        return {}
-    N = information_matrices(baseline.rows, baseline.accepted_columns, list(rows.values()), noise_model)
-    return dict(zip(rows, map(CoefficientEstimate.of, N), strict=True))
+def estimates_of(candidates: Iterable[Candidate], posed: Sequence[Posed]) -> dict[Candidate, list[CoefficientEstimate]]:
+    """Coefficients of candidates in the recordings that hold their causes, in the noise of the baselines."""
+    found: dict[Candidate, list[CoefficientEstimate]] = {candidate: [] for candidate in candidates}
+    for problem, baseline in posed:
+        held = ((candidate, columns_in(candidate, problem)) for candidate in found)
+        rows = {candidate: baseline.rows.bin(columns) for candidate, columns in held if columns is not None}
+        several, noise_model = list(rows.values()), baseline.hypothesis.noise_model
+        N = information_matrices(baseline.rows, baseline.accepted_columns, several, noise_model) if rows else []
+        for candidate, products_of in zip(rows, N, strict=True):
+            found[candidate].append(CoefficientEstimate.of(products_of))
+    return found
 
 
-def cross_predicted(candidates: Sequence[Candidate], posed: Sequence[Posed]) -> dict[Candidate, float]:
-    """Nats explained in each recording by the other recordings' coefficients, summed, in the baselines' noise."""
-    found = [estimates_beside(candidates, *one, one[1].hypothesis.noise_model) for one in posed]
-    several = {candidate: [one[candidate] for one in found if candidate in one] for candidate in candidates}
-    return {one: cross_predicted_gain(estimates) if estimates else -np.inf for one, estimates in several.items()}
+def cross_predicted(candidates: Iterable[Candidate], posed: Sequence[Posed]) -> dict[Candidate, float]:
+    """Nats explained in each recording by the other recordings' coefficients, summed, in the noise of the baselines."""
+    several = estimates_of(candidates, posed).items()
+    return {candidate: cross_predicted_gain(estimates) if estimates else -np.inf for candidate, estimates in several}
 
 
 def columns_in(candidate: Candidate, problem: LinearProblem) -> Array | None:

@@ -37,26 +37,16 @@ class Scope:
 
 
 RECORDINGS = Scope(
-    noun="recording",
-    key="recordings",
-    labels={
-        Transfer.TRANSFERRED: "transferred",
-        Transfer.NOT_TRANSFERRED: "not transferred",
-        Transfer.SOME: "in some",
-        Transfer.SINGLE_RUN: "not confirmed",
-    },
+    "recording",
+    "recordings",
+    dict(zip(Transfer, ("not confirmed", "transferred", "not transferred", "in some"), strict=True)),
     after="with the coefficients of the other recordings, or its own where these differ",
     alone="Not a common finding: the other recordings do not confirm it.",
 )
 SENSORS = Scope(
-    noun="sensor",
-    key="sensors",
-    labels={
-        Transfer.TRANSFERRED: "the same",
-        Transfer.NOT_TRANSFERRED: "differs",
-        Transfer.SOME: "at some",
-        Transfer.SINGLE_RUN: "at one",
-    },
+    "sensor",
+    "sensors",
+    dict(zip(Transfer, ("at one", "the same", "differs", "at some"), strict=True)),
     after="with the effects of its own diagnosis",
     alone="The other sensors do not show it, or cannot decide.",
 )
@@ -200,11 +190,8 @@ class PooledDiagnosis:
         }
         return {
             "name": self.names[i],
-            "verdict": own["verdict"],
-            "sentence": own["sentence"],
-            "gap": own["gap"],
+            **{key: own[key] for key in ("verdict", "sentence", "gap", "effects")},
             "gap_together": self.gaps[i].size.as_dict(),
-            "effects": own["effects"],
             "coefficients": coefficients,
         }
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
 from dataclasses import replace
 
 from diagnosis.decision.advice import separation_advice
@@ -34,69 +33,20 @@ def pooled_sentence(diagnosis: PooledDiagnosis) -> str:
         nearest="",
         goes_with=f"; the gap follows {channels}" if channels else "",
     )
-    return " ".join([sentence, *_own_events(diagnosis)])
-
-
-def _own_events(diagnosis: PooledDiagnosis) -> Iterator[str]:
-    """Events of single recordings, which no other recording can show."""
-    for name, own in zip(diagnosis.names, diagnosis.each, strict=True):
+    for name, own in zip(diagnosis.names, diagnosis.each, strict=True):  # events, which no other recording can show
         events = [cause for cause in own.named if cause.kind is EvidenceKind.HELD_OUT and not cause.transferable]
-        if events:
-            yield f"{name} alone has {'; '.join(map(describe_effect, events))}."
+        sentence += f" {name} alone has {'; '.join(map(describe_effect, events))}." if events else ""
+    return sentence
 
 
 def _share(diagnosis: PooledDiagnosis) -> str:
     """The share of the gap that fitted effects explain, if any."""
-    fitted = [effect for effect in diagnosis.common if effect.named.kind is EvidenceKind.HELD_OUT]
+    transfers = {effect.transfer for effect in diagnosis.common if effect.named.kind is EvidenceKind.HELD_OUT}
     explained = diagnosis.gap.explained
-    if explained is None or not fitted:
+    if explained is None or not transfers:
         return ""
-    own = all(effect.transfer is Transfer.NOT_TRANSFERRED for effect in fitted)
-    whose = "its own coefficients" if own else "the others' coefficients"
-    return f"; in each recording {whose} explain {100 * explained:.0f} % of the gap"
-
-
-def describe_transfer(effect: CommonEffect, scope: Scope = RECORDINGS) -> str:
-    """Describe the transfer of an effect in words."""
-    n, showing = len(effect.presence), sum(presence is Presence.PRESENT for presence in effect.presence)
-    if effect.transfer is Transfer.TRANSFERRED:
-        return f"the same in {all_of(n, scope.key)}"
-    if effect.transfer is Transfer.NOT_TRANSFERRED:
-        return f"of different size from {scope.noun} to {scope.noun}"
-    return f"in {showing} of {n} {scope.key}"
-
-
-def pooled_advice(diagnosis: PooledDiagnosis) -> tuple[str, ...]:
-    """Advice for the pool, then advice shared by all recordings' own diagnoses."""
-    shared = in_all([own.advice for own in diagnosis.each])
-    own = [
-        *_advice_on_differences(diagnosis),
-        *_advice_on_single(diagnosis),
-        *separation_advice([effect.named for effect in diagnosis.common]),
-    ]
-    named = {effect.name for effect in diagnosis.common}
-    others = [line for line in shared if "--confirm" not in line and not any(line.startswith(name) for name in named)]
-    return tuple(dict.fromkeys([*own, *others]))
-
-
-def _advice_on_differences(diagnosis: PooledDiagnosis) -> Iterator[str]:
-    for effect in diagnosis.common:
-        if effect.transfer is Transfer.NOT_TRANSFERRED:
-            yield (
-                f"{effect.name} does not transfer{_most_different(diagnosis, effect)}. Find out what changed between "
-                "the recordings (mount, load, power, settings), and calibrate each state by itself."
-            )
-        if effect.transfer is Transfer.SOME:
-            yield from _elsewhere(diagnosis, effect, "find out what was on or mounted in the other recordings only.")
-
-
-def _most_different(diagnosis: PooledDiagnosis, effect: CommonEffect) -> str:
-    """The recording that differs most from all others, with the ratio of sizes."""
-    known = [(name, *ratio) for name, ratio in zip(diagnosis.names, effect.ratios, strict=False) if ratio is not None]
-    if not known:
-        return ""
-    name, ratio, std = max(known, key=lambda row: abs(row[1] - 1) / row[2])
-    return f": {name} has {figure(ratio)} times the size of the others (+-{figure(NORMAL_95 * std, 1)})"
+    whose = "its own" if transfers == {Transfer.NOT_TRANSFERRED} else "the others'"
+    return f"; in each recording {whose} coefficients explain {100 * explained:.0f} % of the gap"
 
 
 def headline_sentence(diagnosis: PooledDiagnosis, first: int) -> str:
@@ -110,44 +60,72 @@ def headline_sentence(diagnosis: PooledDiagnosis, first: int) -> str:
     return f"{worst}: {diagnosis.each[first].sentence}{transfers}"
 
 
+def describe_transfer(effect: CommonEffect, scope: Scope = RECORDINGS) -> str:
+    """Describe the transfer of an effect in words."""
+    n, showing = len(effect.presence), effect.presence.count(Presence.PRESENT)
+    if effect.transfer is Transfer.TRANSFERRED:
+        return f"the same in {all_of(n, scope.key)}"
+    if effect.transfer is Transfer.NOT_TRANSFERRED:
+        return f"of different size from {scope.noun} to {scope.noun}"
+    return f"in {showing} of {n} {scope.key}"
+
+
+def pooled_advice(diagnosis: PooledDiagnosis) -> tuple[str, ...]:
+    """Advice on differences and single recordings, then advice shared by all recordings' own diagnoses."""
+    lines = [line for effect in diagnosis.common for line in _advice_on_transfer(diagnosis, effect)]
+    for effect in diagnosis.single:
+        against = diagnosis.without(effect)
+        why = f"{', '.join(against)} contradict it" if against else "the others cannot decide"
+        lines.append(f"{effect.name} is named by one recording alone and {why}: not a common finding.")
+    lines += separation_advice([effect.named for effect in diagnosis.common])
+    shared, named = in_all([own.advice for own in diagnosis.each]), tuple(effect.name for effect in diagnosis.common)
+    lines += (line for line in shared if "--confirm" not in line and not line.startswith(named))
+    return tuple(dict.fromkeys(lines))
+
+
+def _advice_on_transfer(diagnosis: PooledDiagnosis, effect: CommonEffect) -> list[str]:
+    if effect.transfer is Transfer.SOME:
+        return _elsewhere(diagnosis, effect, "find out what was on or mounted in the other recordings only.")
+    if effect.transfer is not Transfer.NOT_TRANSFERRED:
+        return []
+    return [
+        f"{effect.name} does not transfer{_most_different(diagnosis, effect)}. Find out what changed between the "
+        "recordings (mount, load, power, settings), and calibrate each state by itself."
+    ]
+
+
+def _most_different(diagnosis: PooledDiagnosis, effect: CommonEffect) -> str:
+    """The recording that differs most from all others, with the ratio of sizes."""
+    known = [(name, *ratio) for name, ratio in zip(diagnosis.names, effect.ratios, strict=False) if ratio is not None]
+    if not known:
+        return ""
+    name, ratio, std = max(known, key=lambda row: abs(row[1] - 1) / row[2])
+    return f": {name} has {figure(ratio)} times the size of the others (+-{figure(NORMAL_95 * std, 1)})"
+
+
 def array_advice(diagnosis: PooledDiagnosis) -> tuple[str, ...]:
     """Whether a source is near or far, then the advice of the worst sensor's own diagnosis."""
-    return tuple(dict.fromkeys([*_near_or_far(diagnosis), *diagnosis.each[diagnosis.first or 0].advice]))
-
-
-def _near_or_far(diagnosis: PooledDiagnosis) -> Iterator[str]:
+    lines: list[str] = []
     for effect in (*diagnosis.common, *diagnosis.single):
         if effect.transfer is Transfer.TRANSFERRED:
-            yield (
+            lines.append(
                 f"{effect.name} is the same at all sensors: its source is far away compared with their spacing, or "
                 "shared (the given field, navigation, a supply): another place in the array does not help."
             )
         elif effect.transfer is Transfer.NOT_TRANSFERRED:
-            size, name = min(_sizes(diagnosis, effect))
-            largest, where = max(_sizes(diagnosis, effect))
+            known = [(own, name) for own, name in zip(effect.each, diagnosis.names, strict=True) if own is not None]
+            (size, name), *_, (largest, where) = sorted((main_size(own.effect), name) for own, name in known)
             more = f"{figure(largest / size)} times as much" if size > 0 else "most"
-            yield (
+            lines.append(
                 f"{effect.name} differs from sensor to sensor: its source is nearby, or inside each sensor. {name} has "
                 f"least, {where} {more}."
             )
         else:
-            yield from _elsewhere(diagnosis, effect, "its source is near or inside the other sensors.")
+            lines += _elsewhere(diagnosis, effect, "its source is near or inside the other sensors.")
+    return tuple(dict.fromkeys([*lines, *diagnosis.each[diagnosis.first or 0].advice]))
 
 
-def _elsewhere(diagnosis: PooledDiagnosis, effect: CommonEffect, meaning: str) -> Iterator[str]:
+def _elsewhere(diagnosis: PooledDiagnosis, effect: CommonEffect, meaning: str) -> list[str]:
     """What an effect's absence from some recordings or sensors means."""
-    if without := diagnosis.without(effect):
-        yield f"{effect.name} is not in {', '.join(without)}: {meaning}"
-
-
-def _sizes(diagnosis: PooledDiagnosis, effect: CommonEffect) -> list[tuple[float, str]]:
-    """Size of the main parameter at each sensor."""
-    pairs = zip(diagnosis.names, effect.each, strict=True)
-    return [(main_size(in_recording.effect), name) for name, in_recording in pairs if in_recording is not None]
-
-
-def _advice_on_single(diagnosis: PooledDiagnosis) -> Iterator[str]:
-    for effect in diagnosis.single:
-        against = diagnosis.without(effect)
-        why = f"{', '.join(against)} contradict it" if against else "the others cannot decide"
-        yield f"{effect.name} is named by one recording alone and {why}: not a common finding."
+    without = diagnosis.without(effect)
+    return [f"{effect.name} is not in {', '.join(without)}: {meaning}"] if without else []

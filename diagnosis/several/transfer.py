@@ -18,7 +18,7 @@ from diagnosis.several.coefficients import (
     pool_estimates,
     predicted_by_others,
 )
-from diagnosis.several.pooled_test import PooledCandidate, estimates_beside
+from diagnosis.several.pooled_test import PooledCandidate, estimates_of
 from validation.signals.amplitude import rms
 
 Settings = dict[str, list[Candidate]]
@@ -210,11 +210,9 @@ def _fitted_gains(effect: PooledEffect, candidates: Sequence[Candidate]) -> dict
 
     One coefficient vector for all recordings, or one for each where the effect's coefficients differ.
     """
-    tests = [effect.pooled.here[i] for i in effect.shown]
-    found = [estimates_beside(candidates, one.problem, one.baseline, one.hypothesis.noise_model) for one in tests]
-    several = {one: [each[one] for each in found] for one in candidates if all(one in each for each in found)}
-    own = effect.transfer is Transfer.NOT_TRANSFERRED
+    posed, own = [effect.pooled.here[i].posed for i in effect.shown], effect.transfer is Transfer.NOT_TRANSFERRED
     return {
         candidate: sum(one.gain(one.c) for one in (estimates if own else [pool_estimates(estimates)]))
-        for candidate, estimates in several.items()
+        for candidate, estimates in estimates_of(candidates, posed).items()
+        if len(estimates) == len(posed)
     }

@@ -11,8 +11,7 @@ import pytest
 from diagnosis.decision.verdict_rules import VerdictInput
 from diagnosis.result import EvidenceKind, GapSize
 from diagnosis.several.common_effects import CommonEffect
-from diagnosis.several.verdict_rules import PooledVerdict
-from diagnosis.several.workflow import check_apart
+from diagnosis.several.workflow import PooledVerdict, check_apart
 from diagnosis.verdict import Verdict
 from scenarios.errors import InputError
 from tests.diagnosis.several.told import GAP, motor, own
