@@ -85,22 +85,19 @@ def agreement(estimates: Sequence[CoefficientEstimate], form: float, known: int 
     excludes F, and grows with differences between recordings beyond their own errors.
     """
     common = pool_estimates(estimates)
-    c = common.c
+    c, Q, plain = common.c, 0.0, 0.0
     F = form**2 * float(c @ common.N @ c) / len(c) * inverse(common.N)
+    for estimate in estimates:
+        R, spread = estimate.error
+        u = R @ (estimate.c - c)
+        Q += float(u @ np.linalg.solve(spread + R @ F @ R.T, u))
+        plain += float(u @ np.linalg.solve(spread, u))
     degrees = sum(rank(estimate.N) for estimate in estimates) - rank(common.N)
-    Q, plain = (sum(_squared_distance(estimate, c, error) for estimate in estimates) for error in (F, 0 * F))
     spread = np.mean([estimate.error[1] for estimate in estimates], axis=0)
     wide = replace(common, wider=(common.error[0], spread))
     scatter, per_degree = max(1.0, plain / max(degrees, 1)), Q / max(degrees, 1)
     tail = chi2.sf(Q, degrees) if known is None else f.sf(per_degree, degrees, known)
     return Agreement(c, scatter * wide.covariance, Q, degrees, float(tail) if degrees else 1.0)
-
-
-def _squared_distance(estimate: CoefficientEstimate, c: Array, F: Array) -> float:
-    """Squared distance of an estimate's coefficients from c (k,), in units of its error and form error F (k, k)."""
-    R, spread = estimate.error
-    u = R @ (estimate.c - c)
-    return float(u @ np.linalg.solve(spread + R @ F @ R.T, u))
 
 
 def with_scatter(
@@ -115,10 +112,10 @@ def with_scatter(
     """
     whole = [pool_estimates(parts) for parts in parts_of_each]
     size = _size(pool_estimates(whole).N)
-    roots = [_root(whole_estimate.N, size) for whole_estimate in whole]
+    roots = [_root(one.N, size) for one in whole]
     u = [
-        R @ inverse(whole_estimate.N) @ (part.g - part.N @ whole_estimate.c)
-        for R, whole_estimate, parts in zip(roots, whole, parts_of_each, strict=True)
+        R @ inverse(one.N) @ (part.g - part.N @ one.c)
+        for R, one, parts in zip(roots, whole, parts_of_each, strict=True)
         for part in parts
     ]
     m = len(parts_of_each[0])

@@ -150,13 +150,17 @@ def in_all(lists: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
 
 
 def common_value_effects(effects_of_each: Sequence[Sequence[NamedEffect]], policy: Policy) -> list[CommonEffect]:
-    """Noise and direct evidence in more than one recording, common where the sizes are alike."""
+    """Noise and direct evidence in more than one recording, common where the sizes are alike.
+
+    Slow noise has one size in all recordings; noise of varying size comes from outside the sensor.
+    """
     n, common = len(effects_of_each), []
     for effects in _by_name(effects_of_each).values():
         known = sorted(effects.values(), key=lambda effect: main_size(effect.effect))
         alike = main_size(known[-1].effect) <= policy.somewhat_larger * main_size(known[0].effect)
         named = replace(known[len(known) // 2], transfer=transfer_of(alike, len(known), n))
-        if len(known) > 1:
+        slow = named.kind is EvidenceKind.SPECTRUM and named.effect.traits.spectrum is not None
+        if len(known) > 1 and (named.transfer is Transfer.TRANSFERRED or not slow):
             common.append(CommonEffect(named, tuple(map(effects.get, range(n))), _presences(effects, n)))
     return common
 

@@ -30,37 +30,31 @@ from sim.effects import EFFECTS
 
 @dataclass(frozen=True, eq=False)
 class PooledRecording:
-    """A recording of the pool: its own diagnosis, and the baseline with its own events and the accepted effects."""
+    """A recording of the pool: its own diagnosis, and baselines without effects, and with accepted ones.
+
+    events: found by its own diagnosis, and not observable elsewhere: steps, and effects in a part of the run.
+    own_effects: found by its own diagnosis, without events.
+    """
 
     examination: Examination
+    start: Baseline
     baseline: Baseline
+    events: tuple[AcceptedEffect, ...]
+    own_effects: tuple[AcceptedEffect, ...]
 
     @classmethod
     def of(cls, examination: Examination) -> PooledRecording:
-        """The recording with its own events, not observable elsewhere."""
-        recording = cls(examination, examination.conclusion.selection.start)
-        columns = (event.columns(recording.problem) for event in recording.events)
-        return replace(recording, baseline=recording.start.with_all(columns))
-
-    @property
-    def start(self) -> Baseline:
-        """The baseline without any effect."""
-        return self.examination.conclusion.selection.start
+        """The recording with its own events in the baseline."""
+        start, accepted = examination.conclusion.selection.start, examination.conclusion.accepted
+        events = tuple(effect for effect in accepted if effect.evidence.candidate.one_run)
+        own = tuple(effect for effect in accepted if not effect.evidence.candidate.one_run)
+        baseline = start.with_all(event.columns(start.problem) for event in events)
+        return cls(examination, start, baseline, events, own)
 
     @property
     def problem(self) -> LinearProblem:
         """The recording compared with the model."""
         return self.baseline.problem
-
-    @property
-    def events(self) -> list[AcceptedEffect]:
-        """Events found by the recording's own diagnosis: steps, and effects in a part of the run."""
-        return [effect for effect in self.examination.conclusion.accepted if effect.evidence.candidate.one_run]
-
-    @property
-    def own_effects(self) -> list[AcceptedEffect]:
-        """Effects found by the recording's own diagnosis, without events."""
-        return [effect for effect in self.examination.conclusion.accepted if not effect.evidence.candidate.one_run]
 
     @cached_property
     def posed(self) -> Posed:

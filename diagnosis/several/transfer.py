@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from functools import cached_property
 
 import numpy as np
 
@@ -74,7 +75,7 @@ class PooledEffect:
         """Whether the coefficients of the recordings with the effect agree."""
         return self.agreement.p > self.pooled.policy.not_transferred_alarm
 
-    @property
+    @cached_property
     def strength(self) -> float:
         """Rms over the recordings with the effect, in units of the noise of each."""
         return rms(np.array([self.pooled.here[i].strength for i in self.shown]))

@@ -180,16 +180,15 @@ class PooledVerdict:
     @classmethod
     def of(cls, recordings: Sequence[PooledRecording], effects: Sequence[PooledEffect]) -> PooledVerdict:
         """Reach a verdict on recordings with the pool's effects, changes of the iron, noise and direct evidence."""
-        conclusions = [_conclusion(recording, i, effects) for i, recording in enumerate(recordings)]
-        common, cases = _common_effects(recordings, effects, conclusions), []
-        before = [recording.start.residual() for recording in recordings]
-        for i, (recording, conclusion) in enumerate(zip(recordings, conclusions, strict=True)):
-            problem, use, after = recording.problem, recording.problem.usable > 0, _residual(recording, i, effects)
-            gap = GapSize.of(before[i][use], after[use], problem.sigma_nT, problem.policy)
-            where, rise = localise(problem, before[i]), RisingSpectrum.of(problem, before[i], after)
-            named = tuple(effect.named for effect in common)
-            cases.append(VerdictInput(problem, named, conclusion.clean, gap, where, after, rise))
-        return cls.judge(common, cases, before, [conclusion.after for conclusion in conclusions])
+        explained = [_explained(recording, i, effects) for i, recording in enumerate(recordings)]
+        common, cases = _common_effects(recordings, effects, [conclusion for conclusion, _ in explained]), []
+        before, named = [recording.start.residual() for recording in recordings], tuple(one.named for one in common)
+        for recording, base, (conclusion, residual) in zip(recordings, before, explained, strict=True):
+            problem, use = recording.problem, recording.problem.usable > 0
+            gap = GapSize.of(base[use], residual[use], problem.sigma_nT, problem.policy)
+            where, rise = localise(problem, base), RisingSpectrum.of(problem, base, residual)
+            cases.append(VerdictInput(problem, named, conclusion.clean, gap, where, residual, rise))
+        return cls.judge(common, cases, before, [conclusion.after for conclusion, _ in explained])
 
     @classmethod
     def judge(
@@ -229,37 +228,31 @@ class PooledVerdict:
         return self.verdict is Verdict.UNKNOWN and all(one.verdict.explained for one in each)
 
 
-def _conclusion(recording: PooledRecording, i: int, effects: Sequence[PooledEffect]) -> Conclusion:
-    """Conclusion of one recording with the pool's effects.
+def _explained(recording: PooledRecording, i: int, effects: Sequence[PooledEffect]) -> tuple[Conclusion, Array]:
+    """Conclusion of one recording with the pool's effects, and its residual (n, q) with the others' coefficients.
 
-    Slow noise of unknown nature is none: a disturbance following the motion is alike in every recording.
+    An effect that does not transfer is fitted together with the recording's iron. Slow noise of unknown nature is none:
+    a disturbance following the motion is alike in every recording.
     """
-    accepted, baseline = recording.events, recording.baseline
+    problem, accepted, baseline = recording.problem, list(recording.events), recording.baseline
+    target, fitted = problem.target, list(recording.baseline.accepted_columns)
     for effect in effects:
-        evidence = judge_settings(baseline, [effect.pooled.candidate]) if i in effect.possible else None
-        if evidence is not None:
-            accepted.append(AcceptedEffect(evidence, effect.alternatives))
-            baseline = baseline.with_columns(effect.pooled.candidate.columns(recording.problem))
+        if i in effect.possible:
+            columns = effect.pooled.candidate.columns(problem)
+            evidence = judge_settings(baseline, [effect.pooled.candidate])
+            if evidence is not None:
+                accepted.append(AcceptedEffect(evidence, effect.alternatives))
+                baseline = baseline.with_columns(columns)
+            if effect.transfer is Transfer.NOT_TRANSFERRED:
+                fitted.append(columns)
+            else:
+                target = target - columns @ predicted_by_others(effect.possible)[i]
     selection = recording.examination.conclusion.selection
     after = residual_tests(baseline, [effect.name for effect in accepted]) if accepted else selection.before
     conclusion = conclude(replace(selection, accepted=tuple(accepted), end=baseline, after=after))
-    return conclusion if conclusion.noise is None or conclusion.noise.identified else replace(conclusion, noise=None)
-
-
-def _residual(recording: PooledRecording, i: int, effects: Sequence[PooledEffect]) -> Array:
-    """Residual (n, q) of one recording, with coefficients predicted by the other recordings.
-
-    An effect that does not transfer is fitted together with the recording's iron.
-    """
-    target, columns = recording.problem.target, list(recording.baseline.accepted_columns)
-    for effect in effects:
-        if i in effect.possible:
-            own = effect.pooled.candidate.columns(recording.problem)
-            if effect.transfer is Transfer.NOT_TRANSFERRED:
-                columns.append(own)
-            else:
-                target = target - own @ predicted_by_others(effect.possible)[i]
-    return Baseline.of(replace(recording.problem, target=target), columns).residual()
+    if conclusion.noise is not None and not conclusion.noise.identified:
+        conclusion = replace(conclusion, noise=None)
+    return conclusion, Baseline.of(replace(problem, target=target), fitted).residual()
 
 
 def _common_effects(
@@ -267,18 +260,12 @@ def _common_effects(
 ) -> tuple[CommonEffect, ...]:
     """Effects, changes of the iron, noise and direct evidence supported by more than one recording."""
     problems = [recording.problem for recording in recordings]
-    strongest = sorted(((effect.strength, effect) for effect in effects), key=lambda pair: -pair[0])
-    fitted = [with_common_rivals(common_effect(effect, problems, size), problems) for size, effect in strongest]
+    strongest = sorted(effects, key=lambda effect: -effect.strength)
+    fitted = [with_common_rivals(common_effect(one, problems, one.strength), problems) for one in strongest]
     common = (*fitted, *common_iron_changes([conclusion.iron for conclusion in conclusions], problems))
     others = [effect.named for effect in common]
     values = [
         named_values(conclusion, recording.examination.direct, others)
         for recording, conclusion in zip(recordings, conclusions, strict=True)
     ]
-    return (*common, *filter(_is_of_the_sensor, common_value_effects(values, problems[0].policy)))
-
-
-def _is_of_the_sensor(effect: CommonEffect) -> bool:
-    """Whether slow noise has one size in all recordings; noise of varying size comes from outside the sensor."""
-    slow = effect.named.kind is EvidenceKind.SPECTRUM and effect.named.effect.traits.spectrum is not None
-    return not slow or effect.transfer is Transfer.TRANSFERRED
+    return (*common, *common_value_effects(values, problems[0].policy))

@@ -165,6 +165,18 @@ def test_noise_is_the_same_where_its_sizes_are_alike(stds_nT, transfer) -> None:
     assert all((one.chi2, one.degrees, one.p, one.ratios) == (None, 0, None, ()) for one in found)
 
 
+SLOW = next(effect for effect in EFFECTS if effect.traits.spectrum is not None)
+
+
+@pytest.mark.parametrize(("sizes", "count"), [((1.2, 1.0), 1), ((1.6, 1.0), 0), ((1.2, None, 1.0), 0)])
+def test_slow_noise_of_another_size_comes_from_outside_the_sensor(sizes, count) -> None:
+    """As a pump's field does, which looks like a wander of another size in each recording, or not in all."""
+    level = SLOW.with_role("level")
+    made = [None if size is None else SLOW(**SLOW.example | {level: (size,) * 3}) for size in sizes]
+    several = [[] if one is None else [NamedEffect(one, (), EvidenceKind.SPECTRUM, 50.0, 1.0)] for one in made]
+    assert len(common_value_effects(several, STANDARD)) == count
+
+
 @pytest.mark.parametrize(("more", "count"), [(-0.5, 0), (0.5, 1)])
 def test_iron_is_told_where_each_foretells_the_other_beyond_a_thousandth(more: float, count: int) -> None:
     """Over all names: ``x^2`` hundred nats of two, each known to a tenth of a nT."""
