@@ -71,27 +71,27 @@ class ColouredBaseline:
             in_sample_gains(self.rows, self.accepted_columns, several, self.hypothesis.noise_model) - width
         )
 
-    def fit_candidate(self, evidence: Evidence, columns: Array, within: float = 0.0) -> CandidateFit:
-        """Fit a candidate with its own noise model: held-out gain plus nats `within` rows, less the search price.
+    def fit_columns(self, columns: Array) -> tuple[Hypothesis, Hypothesis, float]:
+        """Fit further columns (n, q, k) with their own noise model, the likelier of two starts: the null's, and white.
 
-        The null hypothesis uses the likelier of two noise models, its own and the candidate's.
+        The null hypothesis under that noise model follows, and the gain in nats on held-out folds over the likelier of
+        the two null hypotheses.
         """
-        both, rows = self.columns_with(columns), self.rows.refine_folds(columns)
-        richer = Hypothesis.of(rows, both, (self.hypothesis.noise_model, white_noise_model(both.shape[1])))
+        both, null = self.columns_with(columns), self.hypothesis
+        richer = Hypothesis.of(self.rows, both, (null.noise_model, white_noise_model(both.shape[1])))
+        same = Hypothesis.with_noise_model(self.rows, self.accepted_columns, richer.noise_model)
+        poorer = max(null.held_out_log_likelihood, same.held_out_log_likelihood)
+        return richer, same, richer.held_out_log_likelihood - poorer
+
+    def fit_candidate(self, evidence: Evidence, columns: Array, within: float = 0.0) -> CandidateFit:
+        """Fit a candidate with its own noise model: held-out gain plus nats `within` rows, less the search price."""
+        rows, finer = self.rows.refine_folds(columns), self
+        if rows is not self.rows:
+            null = Hypothesis.with_noise_model(rows, self.accepted_columns, self.hypothesis.noise_model)
+            finer = replace(self, rows=rows, hypothesis=null)
+        hypothesis, _, gain = finer.fit_columns(columns)
         price = search_price(evidence.candidate.tried, evidence.width, rows.policy)
-        poorer = (
-            self.hypothesis
-            if rows is self.rows
-            else Hypothesis.with_noise_model(rows, self.accepted_columns, self.hypothesis.noise_model)
-        )
-        same = Hypothesis.with_noise_model(rows, self.accepted_columns, richer.noise_model)
-        gain = (
-            richer.held_out_log_likelihood
-            - max(poorer.held_out_log_likelihood, same.held_out_log_likelihood)
-            + within
-            - price
-        )
-        return CandidateFit(evidence, columns, rows, richer, gain, within)
+        return CandidateFit(evidence, columns, rows, hypothesis, gain + within - price, within)
 
     def surrogate_gains(self, candidate: CandidateFit, problem: LinearProblem) -> Array:
         """Nats (m,) that time-shifted columns of a candidate gain in sample from the candidate's residual."""

@@ -41,19 +41,17 @@ class CandidateInRecording:
     held_out_gain: float
 
     @classmethod
-    def of(
-        cls, candidate: Candidate, problem: LinearProblem, baseline: ColouredBaseline, columns: Array
-    ) -> CandidateInRecording:
-        """Fit the candidate with its own noise model, the likelier of two starts: white, and the baseline's."""
-        rows, accepted, null = baseline.rows, baseline.accepted_columns, baseline.hypothesis
-        starts = (null.noise_model, white_noise_model(columns.shape[1]))
-        hypothesis = Hypothesis.of(rows, baseline.columns_with(columns), starts)
-        same = Hypothesis.with_noise_model(rows, accepted, hypothesis.noise_model)
+    def of(cls, candidate: Candidate, posed: Posed, columns: Array) -> CandidateInRecording:
+        """Fit the candidate with its own noise model."""
+        problem, baseline = posed
+        rows, accepted, (hypothesis, same, gain) = (
+            baseline.rows,
+            baseline.accepted_columns,
+            baseline.fit_columns(columns),
+        )
         left = remaining(rows, accepted, columns, hypothesis.noise_model)
         parts = tuple(products(part) for part in np.array_split(left, rows.policy.scatter_parts))
-        null_gain = max(null.log_likelihood - same.log_likelihood, 0.0)
-        held_out = max(null.held_out_log_likelihood, same.held_out_log_likelihood)
-        gain = hypothesis.held_out_log_likelihood - held_out
+        null_gain = max(baseline.hypothesis.log_likelihood - same.log_likelihood, 0.0)
         return cls(candidate, problem, baseline, columns, hypothesis, parts, null_gain, gain)
 
     @property
@@ -102,7 +100,7 @@ class CandidateInRecording:
         kept, alone = before.gains_beside(self.columns, columns, baseline.hypothesis.noise_model)
         if kept >= policy.half * max(alone, 1e-9):
             return self
-        return CandidateInRecording.of(self.candidate, self.problem, baseline, self.columns)
+        return CandidateInRecording.of(self.candidate, (self.problem, baseline), self.columns)
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,9 +127,9 @@ class PooledCandidate:
     def _at(cls, candidate: Candidate, settings: Sequence[Candidate], posed: Sequence[Posed]) -> PooledCandidate:
         """Test one of several settings, at the price of a search among all."""
         here = {}
-        for i, (problem, baseline) in enumerate(posed):
-            if (columns := columns_in(candidate, problem)) is not None:
-                here[i] = CandidateInRecording.of(candidate, problem, baseline, baseline.rows.bin(columns))
+        for i, one in enumerate(posed):
+            if (columns := columns_in(candidate, one[0])) is not None:
+                here[i] = CandidateInRecording.of(candidate, one, one[1].rows.bin(columns))
         width = max((one.columns.shape[2] for one in here.values()), default=1)
         tried = max(setting.tried for setting in settings) * len(settings)
         return cls(candidate, here, search_price(tried, width, posed[0][0].policy))

@@ -72,7 +72,7 @@ def select_pooled(
 ) -> tuple[list[PooledEffect], list[PooledEffect]]:
     """Select effects supported by several recordings; return them with the effects named by a single recording."""
     policy, settings, accepted = recordings[0].problem.policy, _settings(recordings), list[PooledEffect]()
-    first = [recording.posed[1] for recording in recordings]
+    first = [recording.posed for recording in recordings]
     while len(accepted) < policy.most_effects and not (accepted and _residuals_are_clean(recordings, accepted)):
         say(f"all recordings together, round {len(accepted) + 1}")
         best = _best_candidate(recordings, settings, accepted)
@@ -219,18 +219,15 @@ def _with_alternatives(
     return replace(last, alternatives=tuple(name for name in dict.fromkeys(names) if name != last.name))
 
 
-def is_form_of(accepted: Sequence[PooledEffect], best: PooledEffect, first: Sequence[ColouredBaseline]) -> bool:
+def is_form_of(accepted: Sequence[PooledEffect], best: PooledEffect, first: Sequence[Posed]) -> bool:
     """Whether an effect is a form error of accepted effects: of one family, or far smaller.
 
-    first : the baselines without any effect. A size far smaller than alone shows resemblance to accepted effects.
+    first : the recordings without any effect. A size far smaller than alone shows resemblance to accepted effects.
     """
     if any(in_same_family(best.pooled, effect.pooled) for effect in accepted):
         return True
     same = any(best.name == effect.name for effect in accepted)
-    here = {
-        i: CandidateInRecording.of(one.candidate, one.problem, first[i], one.columns)
-        for i, one in best.pooled.here.items()
-    }
+    here = {i: CandidateInRecording.of(one.candidate, first[i], one.columns) for i, one in best.pooled.here.items()}
     alone = replace(best, pooled=replace(best.pooled, here=here))
     return is_form_by_size(best.strength, alone.strength, accepted[0].strength, best.pooled.policy, same=same)
 

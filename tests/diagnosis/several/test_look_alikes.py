@@ -55,7 +55,7 @@ def test_beside_what_a_recording_alone_has_nothing_is_left_of_what_that_takes_up
     here = flown(hidden, 40.0 if hidden == "both" else 4.0)
     coloured_baseline = ColouredBaseline.of(here, [])
     one = CandidateInRecording.of(
-        one_of_lot, here, coloured_baseline, coloured_baseline.rows.bin(one_of_lot.columns(here))
+        one_of_lot, (here, coloured_baseline), coloured_baseline.rows.bin(one_of_lot.columns(here))
     )
     again = one.beside([own.columns(here)])
     assert one.held_out_gain > STANDARD.coloured_nats

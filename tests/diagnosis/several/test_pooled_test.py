@@ -44,7 +44,7 @@ def _with(added: Array, accepted_columns: tuple[Array, ...] = ()) -> ColouredBas
 
 
 def _asked(coloured_baseline: ColouredBaseline, columns: Array) -> CandidateInRecording:
-    return CandidateInRecording.of(MOTOR, GIVEN, coloured_baseline, columns)
+    return CandidateInRecording.of(MOTOR, (GIVEN, coloured_baseline), columns)
 
 
 def _badly(coloured_baseline: ColouredBaseline, hypothesis: Hypothesis) -> Hypothesis:
