@@ -11,6 +11,7 @@ from scipy.signal import lfilter
 
 from recordings.channels import TEMPERATURE
 from scenarios.arrays import Array
+from scenarios.errors import InputError
 from sim import effects as effect_table
 from sim.chain import apply_deterministic
 from sim.state import State
@@ -161,9 +162,20 @@ def hidden(name: str, strength: float, seed: int, state: State) -> Tables:
 
 
 def stated(name: str, factor: float, seed: int, state: State) -> tuple[Tables, Tables]:
-    """Tables of one effect as it is and as the model states it, `factor` times as large: 1 sigma apart."""
-    true = hidden(name, 1.0 / abs(1.0 - factor), seed, state)
-    return true, {name: times(name, true[name], factor)}
+    """Tables of one effect as it is and as the model states it, `factor` times as large.
+
+    1 sigma apart, or half as far until neither is beyond the effect's bounds.
+    """
+    strength = 1.0 / abs(1.0 - factor)
+    while True:
+        try:
+            true = hidden(name, strength, seed, state)
+            model = {name: times(name, true[name], factor)}
+            effect_table.build(model, None, "")
+        except InputError:
+            strength /= 2
+        else:
+            return true, model
 
 
 def felt_by(name: str, state: State) -> State:
