@@ -37,7 +37,7 @@ def correct_reference(problem: LinearProblem) -> LinearProblem:
         problem = pose_again(problem, problem.recording, misread.field_enu_nT, misread)
     if (noises := find_own_compass(problem)) is not None:
         given, bare = problem.state.field_enu_nT, replace(problem.recording, att_q=None)
-        level = Level.of(problem.state.R_wb, given, problem.policy)
+        level = Level.of(problem.state.R_wb, given, problem.policy, problem.track)
         noise_nT, other_nT = (figure(max(noise, LEAST_SHOWN_NT)) for noise in noises)
         figures = (
             "Log a heading of another instrument: towards magnetic east, where a heading shows, the field has "

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import datetime
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -88,31 +87,25 @@ def _check(places: Array, known: NDArray[np.intp]) -> None:
             raise InputError(what, where="recording", do="leave rows without a place empty, or rename the column")
 
 
-class Dip(NamedTuple):
-    """Unit vectors down (n, 3), and the given dip (n,) of the field in rad."""
-
-    down: Array
-    given_rad: Array
-
-
 @dataclass(frozen=True, eq=False)
 class Level:
-    """Unit vectors down (n, 3) in the body frame, and the given field (3,) east, north, up in nT."""
+    """Unit vectors down (n, 3) in the body frame, the given field (3,) east, north, up, and its dip (n,) in rad."""
 
     down: Array
     field_enu_nT: Array
+    dip_rad: Array
 
     @classmethod
-    def of(cls, R_wb: Array, field_enu_nT: Array, policy: Policy) -> Level | None:
-        """Down vectors from attitudes (n, 3, 3), independent of the heading; None for a nearly vertical field."""
-        level_nT, size_nT = np.hypot(*field_enu_nT[:2]), np.linalg.norm(field_enu_nT)
-        return cls(-R_wb[:, 2], field_enu_nT) if level_nT > policy.trace * size_nT else None
+    def of(cls, R_wb: Array, field_enu_nT: Array, policy: Policy, track: FieldTrack | None = None) -> Level | None:
+        """Down vectors from attitudes (n, 3, 3), independent of the heading; None for a nearly vertical field.
 
-    def dip(self, track: FieldTrack | None) -> Dip:
-        """The dip of the given field, including its change along a track."""
-        field = self.field_enu_nT + (np.zeros((len(self.down), 3)) if track is None else track.change_enu_nT)
-        return Dip(self.down, np.arctan2(-field[:, 2], np.hypot(field[:, 0], field[:, 1])))
+        The dip changes along a track.
+        """
+        if np.hypot(*field_enu_nT[:2]) <= policy.trace * np.linalg.norm(field_enu_nT):
+            return None
+        east, north, up = (np.zeros((len(R_wb), 3)) + field_enu_nT + (0.0 if track is None else track.change_enu_nT)).T
+        return cls(-R_wb[:, 2], field_enu_nT, np.arctan2(-up, np.hypot(east, north)))
 
     def at(self, samples: NDArray[np.bool_]) -> Level:
         """The level at selected samples."""
-        return replace(self, down=self.down[samples])
+        return replace(self, down=self.down[samples], dip_rad=self.dip_rad[samples])

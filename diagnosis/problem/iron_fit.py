@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from diagnosis.policy import Policy
-from diagnosis.problem.given_field import Dip
+from diagnosis.problem.given_field import Level
 from scenarios.arrays import Array
 
 MOST_STEPS, SETTLED = 60, 1e-9
@@ -46,25 +46,25 @@ class Iron:
         return np.asarray(field_nT @ self.turn.T + self.offset_nT)
 
 
-def fit_iron(measured_nT: Array, strength_nT: Array, time_s: Array, policy: Policy, dip: Dip | None = None) -> Iron:
-    """Iron for measurements m (n, 3) at times (n,) with strength F (n,), and dip I (n,) if known; without outliers.
+def fit_iron(measured_nT: Array, strength_nT: Array, time_s: Array, policy: Policy, level: Level | None = None) -> Iron:
+    """Iron for measurements m (n, 3) at times (n,) with strength F (n,), and dip I (n,) by a level; without outliers.
 
     ``min sum (|h| - F)^2 / v + F^2 (dip(h) - I - c)^2 / w + prior``, ``h = M (m - o)``, c a constant error of the given
-    dip. Without a dip M is symmetric: the strength shows no turn. v and w are the power of a residual times its colour
-    over means of `block_s` and more, so that a slow disturbance does not bend axes that the motion hardly determines.
-    In unobservable directions the prior holds, M = 1 and o = 0.
+    dip. Without a level M is symmetric: the strength shows no turn. v and w are the power of a residual times its
+    colour over means of `block_s` and more, so that a slow disturbance does not bend axes that the motion hardly
+    determines. In unobservable directions the prior holds, M = 1 and o = 0.
     """
     unit, middle_nT = unit_of(measured_nT, strength_nT, policy)
-    y, F, p = measured_nT * (unit / middle_nT), strength_nT / middle_nT, 12 if dip is None else 13
+    y, F, p = measured_nT * (unit / middle_nT), strength_nT / middle_nT, 12 if level is None else 13
     mean = np.r_[np.eye(3).ravel(), np.zeros(4)][:p]
     std = np.repeat([policy.matrix_prior, policy.offset_prior, DIP_ERROR_RAD], [9, 3, 1])[:p]
     theta, block = mean, max(1, round(policy.block_s / float(np.median(np.diff(time_s)))))
     for _ in range(ROUNDS):
-        off = deviations(theta, y, F, dip)[0]
+        off = deviations(theta, y, F, level)[0]
         weight = np.column_stack([_weight(column, block, policy) for column in off.T])
-        theta = IronFit(y, F, dip, weight, mean, std).minimum(theta)
+        theta = IronFit(y, F, level, weight, mean, std).minimum(theta)
     matrix = theta[:9].reshape(3, 3)
-    if dip is None:
+    if level is None:
         _, size, axes = np.linalg.svd(matrix)
         matrix = (axes.T * size) @ axes
     return Iron(matrix * unit, theta[9:12] * middle_nT / unit)
@@ -82,14 +82,14 @@ class IronFit:
 
     y: Array
     F: Array
-    dip: Dip | None
+    level: Level | None
     weight: Array
     mean: Array
     std: Array
 
     def normal(self, theta: Array) -> tuple[float, Array, Array]:
         """Cost at parameters (p,), and normal equations: slope (p,) and square (p, p)."""
-        off, J = deviations(theta, self.y, self.F, self.dip)
+        off, J = deviations(theta, self.y, self.F, self.level)
         weighted = (J * self.weight[:, :, None]).reshape(-1, len(theta))
         from_mean = (theta - self.mean) / self.std
         cost = float((self.weight * off**2).sum() + from_mean @ from_mean)
@@ -112,16 +112,16 @@ class IronFit:
         return theta
 
 
-def deviations(theta: Array, y: Array, F: Array, dip: Dip | None) -> tuple[Array, Array]:
+def deviations(theta: Array, y: Array, F: Array, level: Level | None) -> tuple[Array, Array]:
     """``|h| - F`` and ``F (dip(h) - I - c)`` of ``h = M (y - o)``, in units of the field: (n, q), and slopes (n, q, p).
 
-    Parameters theta (p,): nine elements of M, three of o, and c where a dip is known.
+    Parameters theta (p,): nine elements of M, three of o, and c with a level.
     """
     matrix, from_offset = theta[:9].reshape(3, 3), y - theta[9:12]
     h = from_offset @ matrix.T
-    along, off = compared(h, F[:, None], dip)
+    along, off = compared(h, F[:, None], level)
     slopes = np.zeros((*off.shape, len(theta)))
-    if dip is not None:
+    if level is not None:
         off[:, 1] -= F * theta[12]
         along[:, 1] *= (F / np.linalg.norm(h, axis=1))[:, None]
         slopes[:, 1, 12] = -F
@@ -130,17 +130,17 @@ def deviations(theta: Array, y: Array, F: Array, dip: Dip | None) -> tuple[Array
     return off, slopes
 
 
-def compared(field: Array, F: Array, dip: Dip | None) -> tuple[Array, Array]:
+def compared(field: Array, F: Array, level: Level | None) -> tuple[Array, Array]:
     """Directions (n, q, 3) of strength and dip of a field (n, 3), and their deviations (n, q) from those given.
 
     F (n, 1): strength in the field's unit; the dip's deviation is an angle times the strength.
     """
     size = np.linalg.norm(field, axis=1, keepdims=True)
     direction = field / np.maximum(size, LEAST_LEVEL * F)
-    if dip is None:
+    if level is None:
         return direction[:, None], size - F
-    off = np.column_stack([size - F, F[:, 0] * (dip_rad(field, dip.down) - dip.given_rad)])
-    return np.stack([direction, upright(direction, dip.down)], axis=1), off
+    off = np.column_stack([size - F, F[:, 0] * (dip_rad(field, level.down) - level.dip_rad)])
+    return np.stack([direction, upright(direction, level.down)], axis=1), off
 
 
 def dip_rad(field: Array, down: Array) -> Array:

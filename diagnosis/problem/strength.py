@@ -9,7 +9,7 @@ import numpy as np
 
 from calib.numerics.rates import body_rate
 from diagnosis.policy import Policy
-from diagnosis.problem.given_field import Dip, FieldTrack, Level
+from diagnosis.problem.given_field import FieldTrack, Level
 from diagnosis.problem.iron_fit import LEAST_LEVEL, compared, fit_iron
 from diagnosis.problem.linear import LinearProblem, noise_of_neighbours
 from diagnosis.problem.model_effects import pose_without_model_effects
@@ -48,32 +48,31 @@ def strength_problem(
     given_nT = field_enu_nT if level is None else level.field_enu_nT
     direction = np.array([0.0, 1.0, 0.0]) if given_nT is None else given_nT / np.linalg.norm(given_nT)
     middle_nT = direction * (float(np.median(F_nT)) if track is None else strength_nT)
-    dip = None if level is None else level.dip(track)
-    posed = partial(_posed, F_nT=F_nT, middle_nT=middle_nT, known_nT=disturbance_nT, dip=dip, policy=policy)
+    posed = partial(_posed, F_nT=F_nT, middle_nT=middle_nT, known_nT=disturbance_nT, level=level, policy=policy)
     return replace(pose_without_model_effects(posed, recording, effects), track=track, level=level)
 
 
 def _posed(
-    recording: Recording, F_nT: Array, middle_nT: Array, known_nT: Array | float, dip: Dip | None, policy: Policy
+    recording: Recording, F_nT: Array, middle_nT: Array, known_nT: Array | float, level: Level | None, policy: Policy
 ) -> LinearProblem:
     """The problem of strengths (n, 1), iron fitted to the measurement less a known disturbance (n, 3).
 
     middle_nT (3,): the field east, north, up in the middle.
     """
     mag_nT = recording.mag_nT - known_nT
-    iron = fit_iron(mag_nT, F_nT[:, 0], recording.time_s, policy, dip)
-    output_axes, off_nT = compared(iron.field_nT(mag_nT), F_nT, dip)
+    iron = fit_iron(mag_nT, F_nT[:, 0], recording.time_s, policy, level)
+    output_axes, off_nT = compared(iron.field_nT(mag_nT), F_nT, level)
     off_nT[:, 1:] -= F_nT * np.median(off_nT[:, 1:] / F_nT, axis=0)  # the dip is known but for a constant
     sigma, field_nT = _noise_nT(off_nT, recording, policy), output_axes[:, 0] * F_nT
     residual = off_nT + np.einsum("nqi,ni->nq", output_axes, (recording.mag_nT - mag_nT) @ iron.matrix.T)
-    state = state_of(recording, middle_nT, field_nT, body_rate(recording), R_wb=_attitude(field_nT, middle_nT, dip))
+    state = state_of(recording, middle_nT, field_nT, body_rate(recording), R_wb=_attitude(field_nT, middle_nT, level))
     clean_nT = iron.measured_nT(field_nT)
     return LinearProblem(
         recording=recording,
         state=state,
         effects=(),
         mode="strength",
-        base=strength_columns(output_axes[:, 0]) if dip is None else dip_columns(output_axes) / sigma[:, None],
+        base=strength_columns(output_axes[:, 0]) if level is None else dip_columns(output_axes) / sigma[:, None],
         target=residual / sigma,
         sigma_nT=sigma,
         usable=np.ones(len(recording)),
@@ -109,14 +108,14 @@ def dip_columns(output_axes: Array) -> Array:
     return np.concatenate([elements, output_axes, constant], axis=2)
 
 
-def _attitude(field_nT: Array, field_enu_nT: Array, dip: Dip | None) -> Array:
-    """Attitudes (n, 3, 3) that turn a measured field (n, 3) to the given one, and, with a dip, down towards down.
+def _attitude(field_nT: Array, field_enu_nT: Array, level: Level | None) -> Array:
+    """Attitudes (n, 3, 3) that turn a measured field (n, 3) to the given one, and, with a level, down towards down.
 
-    Without a dip the turn about the field is unknown and any.
+    Without a level the turn about the field is unknown and any.
     """
     down, down_enu = (np.eye(3)[np.abs(field).argmin(axis=1)] for field in (field_nT, field_enu_nT[None]))
-    if dip is not None:
-        down, down_enu = dip.down, np.array([[0.0, 0.0, -1.0]])
+    if level is not None:
+        down, down_enu = level.down, np.array([[0.0, 0.0, -1.0]])
     return np.asarray(_axes(field_enu_nT[None], down_enu).transpose(0, 2, 1) @ _axes(field_nT, down))
 
 

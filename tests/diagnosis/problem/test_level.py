@@ -89,10 +89,10 @@ def test_a_disturbance_that_was_taken_out_goes_in_again() -> None:
 
 
 def test_along_a_track_the_dip_changes_as_the_field_does() -> None:
-    level = Level.of(_R_wb(), FIELD_ENU_NT, STANDARD)
-    assert level is not None
     change = np.outer(np.linspace(0, 1, len(GIVEN)), [0.0, 500.0, 300.0])
-    dip = level.dip(FieldTrack(FIELD_ENU_NT, change)).given_rad
+    level = Level.of(_R_wb(), FIELD_ENU_NT, STANDARD, FieldTrack(FIELD_ENU_NT, change))
+    assert level is not None
+    dip = level.dip_rad
     assert dip[0] == pytest.approx(np.arctan2(43_000.0, np.hypot(1_000.0, 20_000.0)))
     assert dip[-1] == pytest.approx(np.arctan2(42_700.0, np.hypot(1_000.0, 20_500.0)))
     assert len(level.at(np.arange(len(GIVEN)) < 100).down) == 100
