@@ -64,7 +64,8 @@ def step_gains(problem: LinearProblem, residual: Array, candidate: Candidate) ->
         size = beyond_1 - np.einsum("np,pr,nr->n", beyond_B, inverse, beyond_B)
         shown = size >= margin * size.max()
         return np.asarray(np.where(shown, (beyond_y**2).sum(axis=1) / np.maximum(size, 1e-9), 0.0))
-    gain, edge = _gains_of_columns(problem, inverse, free, candidate.columns(problem)), max(2, int(len(y) * margin))
+    gain = _gains_of_columns(problem, inverse, free, candidate.columns(problem))
+    edge = max(2, int(len(residual) * margin))
     gain[:edge] = gain[-edge:] = 0.0
     return gain
 
@@ -76,11 +77,12 @@ def _gains_of_columns(problem: LinearProblem, inverse: Array, residual: Array, E
     from the end.
     """
     n, q, k = E.shape
-    every = np.concatenate([problem.base.reshape(n, q, -1), residual[:, :, None], E], axis=2)
-    gain, own, beyond = np.zeros(n), _own_noise(problem, E), np.zeros((1, every.shape[2], k))
+    parts = (problem.base.reshape(n, q, -1), residual[:, :, None], E)
+    gain, own, beyond = np.zeros(n), _own_noise(problem, E), np.zeros((1, sum(part.shape[2] for part in parts), k))
     for end in range(n, 0, -PIECE):
         here = slice(max(end - PIECE, 0), end)
-        beyond = beyond[0] + _sums_to_end(every[here].transpose(0, 2, 1) @ E[here])
+        every = np.concatenate([part[here] for part in parts], axis=2)
+        beyond = beyond[0] + _sums_to_end(every.transpose(0, 2, 1) @ E[here])
         BE, z, EE = np.split(beyond, [-k - 1, -k], axis=1)
         free = EE - np.einsum("npi,pr,nrj->nij", BE, inverse, BE, optimize=True) + own[here, None, None] * np.eye(k)
         gain[here] = np.einsum("nqk,nkj,nqj->n", z, np.linalg.pinv(free, hermitian=True), z)
