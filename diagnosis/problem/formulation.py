@@ -71,7 +71,9 @@ def pose(
     elif level is None and at_rest(recording, strength_nT, policy):
         problem = still_problem(recording, effects, policy)
     else:
-        problem = strength_problem(recording, strength_nT, effects, policy, 0.0, track, level, field_enu_nT)
+        given_nT = field_enu_nT if level is None else level.field_enu_nT
+        any_nT = np.array([0.0, strength_nT, 0.0]) if given_nT is None else given_nT
+        problem = strength_problem(recording, any_nT, effects, policy, track, level)
     return without_their_noise(problem)
 
 
@@ -143,11 +145,9 @@ def pose_again(
 
 def refit_iron(problem: LinearProblem, disturbance_nT: Array) -> LinearProblem:
     """A strength problem with iron fitted after a disturbance (n, 3) of the measurement is subtracted."""
-    field_enu_nT, recording, policy = problem.state.field_enu_nT, problem.recording, problem.policy
-    strength_nT, level = float(np.linalg.norm(field_enu_nT)), problem.level
-    anew = strength_problem(
-        recording, strength_nT, problem.effects, policy, disturbance_nT, problem.track, level, field_enu_nT
-    )
+    recording, field_enu_nT, effects = problem.recording, problem.state.field_enu_nT, problem.effects
+    track, level = problem.track, problem.level
+    anew = strength_problem(recording, field_enu_nT, effects, problem.policy, track, level, disturbance_nT)
     state = replace(anew.state, channels=problem.state.channels)
     return _as_known(replace(anew, state=state, corrections=problem.corrections), problem)
 

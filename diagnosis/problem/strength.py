@@ -26,13 +26,12 @@ TURN_STEP_S = 0.04
 
 def strength_problem(
     recording: Recording,
-    strength_nT: float,
+    field_enu_nT: Array,
     effects: tuple[Effect, ...],
     policy: Policy,
-    disturbance_nT: Array | float = 0.0,
     track: FieldTrack | None = None,
     level: Level | None = None,
-    field_enu_nT: Array | None = None,
+    disturbance_nT: Array | float = 0.0,
 ) -> LinearProblem:
     """The problem of the strength, see `LinearProblem`, with iron fitted after a known disturbance is subtracted.
 
@@ -40,14 +39,12 @@ def strength_problem(
     M d``, to first order independent of d, so that effects and iron are estimated jointly by iteration. A recorded
     scalar magnetometer, which must be compensated, replaces the given F sample by sample. With a level the dip is
     compared as well: ``F (dip(h) - I) + v M d``, v the direction across u of increasing dip. The model's effects other
-    than iron are subtracted from m first. field_enu_nT (3,): the given field where its direction is known.
+    than iron are subtracted from m first. field_enu_nT (3,): the given field, in any direction if none is known.
     """
-    F_nT = measured_strength(recording)
+    strength_nT, F_nT = float(np.linalg.norm(field_enu_nT)), measured_strength(recording)
     if F_nT is None:
         F_nT = np.full((len(recording), 1), strength_nT) + (0.0 if track is None else track.change_nT[:, None])
-    given_nT = field_enu_nT if level is None else level.field_enu_nT
-    direction = np.array([0.0, 1.0, 0.0]) if given_nT is None else given_nT / np.linalg.norm(given_nT)
-    middle_nT = direction * (float(np.median(F_nT)) if track is None else strength_nT)
+    middle_nT = field_enu_nT * (float(np.median(F_nT)) / strength_nT if track is None else 1.0)
     posed = partial(_posed, F_nT=F_nT, middle_nT=middle_nT, known_nT=disturbance_nT, level=level, policy=policy)
     return replace(pose_without_model_effects(posed, recording, effects), track=track, level=level)
 

@@ -168,5 +168,4 @@ def _with_iron_fitted(problem: LinearProblem, mag_nT: Array, use: NDArray[np.boo
     track = None if problem.track is None else problem.track.at(use)
     level = None if problem.level is None else problem.level.at(use)
     seen = replace(problem.recording, mag_nT=mag_nT).taken(use)
-    strength_nT = float(np.linalg.norm(problem.state.field_enu_nT))
-    return strength_problem(seen, strength_nT, problem.effects, problem.policy, track=track, level=level)
+    return strength_problem(seen, problem.state.field_enu_nT, problem.effects, problem.policy, track, level)
