@@ -152,7 +152,7 @@ def _compared(diagnosis: Diagnosis) -> tuple[Array, dict[str, Array]]:
         return problem.recording.mag_nT, simulated
     given_nT = np.linalg.norm(problem.state.field_nT, axis=1, keepdims=True)
     if problem.level is not None:
-        given_nT = np.hstack([given_nT, given_nT * problem.level.dip(problem.track).given_rad[:, None]])
+        given_nT = np.hstack([given_nT, given_nT * problem.level.dip_rad[:, None]])
     measured_nT = given_nT + problem.target * problem.sigma_nT
     return measured_nT, {"before": measured_nT - diagnosis.before_nT, "after": measured_nT - diagnosis.after_nT}
 
