@@ -127,9 +127,9 @@ class PooledCandidate:
     def _at(cls, candidate: Candidate, settings: Sequence[Candidate], posed: Sequence[Posed]) -> PooledCandidate:
         """Test one of several settings, at the price of a search among all."""
         here = {}
-        for i, one in enumerate(posed):
-            if (columns := columns_in(candidate, one[0])) is not None:
-                here[i] = CandidateInRecording.of(candidate, one, one[1].rows.bin(columns))
+        for i, (problem, baseline) in enumerate(posed):
+            if (columns := columns_in(candidate, problem)) is not None:
+                here[i] = CandidateInRecording.of(candidate, (problem, baseline), baseline.rows.bin(columns))
         width = max((one.columns.shape[2] for one in here.values()), default=1)
         tried = max(setting.tried for setting in settings) * len(settings)
         return cls(candidate, here, search_price(tried, width, posed[0][0].policy))
@@ -158,7 +158,7 @@ class PooledCandidate:
     @property
     def width(self) -> int:
         """Number of columns."""
-        return max((in_recording.columns.shape[2] for in_recording in self.here.values()), default=0)
+        return max((one.columns.shape[2] for one in self.here.values()), default=0)
 
     @property
     def columns(self) -> dict[int, Array]:
@@ -173,7 +173,7 @@ class PooledCandidate:
     @property
     def indistinct_nats(self) -> float:
         """Difference of nats within which another candidate is as good: of the mean inflation of the recordings."""
-        return self.policy.apart * float(np.mean([in_recording.inflation for in_recording in self.here.values()]))
+        return self.policy.apart * float(np.mean([one.inflation for one in self.here.values()]))
 
     @cached_property
     def gain(self) -> float:
@@ -193,7 +193,7 @@ class PooledCandidate:
     @property
     def error_degrees(self) -> int:
         """Degrees of freedom of the coefficients' error estimates."""
-        return sum(len(in_recording.parts) - 1 for in_recording in self.here.values())
+        return sum(len(one.parts) - 1 for one in self.here.values())
 
     def nats(self, i: int, c: Array) -> float:
         """Nats explained in a recording by coefficients (k,), over the inflation of their error."""
@@ -202,19 +202,14 @@ class PooledCandidate:
 
     def own_nats(self, i: int) -> float:
         """Nats on held-out folds of a recording's own coefficients, over the inflation of their error."""
-        if i not in self.here:
-            return 0.0
         return self.here[i].held_out_gain / self.estimates[i].inflation(self.estimates[i].c)
 
     def surrogate_gain(self) -> float:
         """Largest nats of common coefficients among surrogates, shifted alike in every recording."""
         tested = self.here.values()
-        return max(
-            cross_predicted_gain(
-                [CoefficientEstimate.of(N, one.inflation) for N, one in zip(turn, tested, strict=True)]
-            )
-            for turn in zip(*(in_recording.surrogates for in_recording in tested), strict=True)
-        )
+        turns = zip(*(one.surrogates for one in tested), strict=True)
+        inflation = [one.inflation for one in tested]
+        return max(cross_predicted_gain(list(map(CoefficientEstimate.of, turn, inflation))) for turn in turns)
 
     def explains(self, rival: Mapping[int, Array]) -> bool:
         """Whether a rival's columns (n, q, k) by recording keep little of their gain once this candidate is fitted."""
