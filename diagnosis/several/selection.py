@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -11,7 +11,6 @@ from diagnosis.decision.white_choice import AcceptedEffect, in_same_family, is_f
 from diagnosis.evidence.along_field import explains_along_field
 from diagnosis.evidence.baseline import Baseline, added_share
 from diagnosis.evidence.candidate_test import ColouredBaseline
-from diagnosis.evidence.held_out import Evidence
 from diagnosis.library.candidates import Candidate
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.result import Transfer
@@ -85,16 +84,14 @@ def select_pooled(
 
 def _settings(recordings: Sequence[PooledRecording]) -> Settings:
     """The settings of every effect accepted by a recording alone, or found best where none accepts the effect."""
-    accepted = (effect.evidence for recording in recordings for effect in recording.own_effects)
     results = (result for recording in recordings for result in recording.examination.conclusion.selection.results)
-    return _by_name(result.evidence for result in results) | _by_name(accepted)
-
-
-def _by_name(several: Iterable[Evidence]) -> Settings:
-    settings: Settings = {}
-    for candidate in dict.fromkeys(evidence.candidate for evidence in several if not evidence.candidate.one_run):
-        settings.setdefault(candidate.name, []).append(candidate)
-    return settings
+    accepted = (effect for recording in recordings for effect in recording.own_effects)
+    best, own = Settings(), Settings()
+    for settings, several in ((best, results), (own, accepted)):
+        for candidate in dict.fromkeys(one.evidence.candidate for one in several):
+            if not candidate.one_run:
+                settings.setdefault(candidate.name, []).append(candidate)
+    return best | own
 
 
 def _residuals_are_clean(
