@@ -73,9 +73,10 @@ def test_one_coefficient_in_all_is_transferred_and_pooled(iron: dict[str, Any]) 
     assert (np.abs(np.array(one.named.effect.gain_nT_A) - GAIN) < 4 * std).all()  # type: ignore[attr-defined]
     assert (std < np.array([each.spread["gain_nT_A"] for each in one.each if each]).min(axis=0)).all()
     assert found.gap.explained == pytest.approx(1.0, abs=0.02)
-    for before, after, gap in zip(found.before_nT, found.after_nT, found.gaps, strict=True):
-        assert np.sqrt(np.mean(before**2)) == pytest.approx(gap.before_nT, rel=0.05)
-        assert np.sqrt(np.mean(after**2)) == pytest.approx(gap.after_nT, rel=0.05) == pytest.approx(2.0, rel=0.1)
+    for gap in found.gaps:
+        before_nT, after_nT = (np.sqrt(np.mean(residual**2)) for residual in (gap.before_nT, gap.after_nT))
+        assert before_nT == pytest.approx(gap.size.before_nT, rel=0.05)
+        assert after_nT == pytest.approx(gap.size.after_nT, rel=0.05) == pytest.approx(2.0, rel=0.1)
 
 
 JUMP = {"offset_jump": {"time_s": 90.0, "step_nT": [12.0, -9.0, 6.0]}}
