@@ -11,8 +11,7 @@ import numpy as np
 from diagnosis.evidence.active_parts import ActivePart, GapPart
 from diagnosis.evidence.candidate_result import CandidateResult
 from diagnosis.evidence.localise import ChannelShare
-from diagnosis.evidence.residual_tests import ResidualTests
-from diagnosis.evidence.rising_spectrum import RisingSpectrum
+from diagnosis.evidence.residual_tests import ResidualTests, RisingSpectrum
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.verdict import Verdict

@@ -19,7 +19,7 @@ from diagnosis.evidence.candidate_result import withdraw_names
 from diagnosis.evidence.direct import DirectFinding, direct_evidence, find_start_samples, held_rows
 from diagnosis.evidence.localise import localise
 from diagnosis.evidence.reference_checks import correct_reference
-from diagnosis.evidence.rising_spectrum import RisingSpectrum
+from diagnosis.evidence.residual_tests import RisingSpectrum
 from diagnosis.policy import STANDARD, Policy
 from diagnosis.problem.formulation import pose_model
 from diagnosis.problem.linear import LinearProblem

@@ -155,7 +155,7 @@ NOTHING: Mapping[str, Mapping[str, Neutral]] = {
         "_may_be_one_channel": answer(value=False),
     },
     "repair.named_effects": {"missing_white_noise": answer(None), "with_rival_channels": argument(1)},
-    "evidence.rising_spectrum": {"_rises": answer(value=False)},
+    "evidence.residual_tests": {"_rises": answer(value=False)},
 }
 """By module of `diagnosis`: what each rule answers when it is off."""
 RULES = {

@@ -10,7 +10,7 @@ from functools import cached_property
 from diagnosis.decision.monotone_courses import driving_channels, monotone_channels
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.localise import TIME, ChannelShare, channels, courses_on_within, find_followed_channel, localise
-from diagnosis.evidence.rising_spectrum import RisingSpectrum
+from diagnosis.evidence.residual_tests import RisingSpectrum
 from diagnosis.evidence.slow_noise import follows_time_only
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.problem.sensors import as_currents

@@ -12,7 +12,7 @@ from diagnosis.decision.conclusion import Conclusion
 from diagnosis.decision.monotone_courses import with_rival_channels
 from diagnosis.decision.white_choice import AcceptedEffect
 from diagnosis.evidence.direct import DirectFinding
-from diagnosis.evidence.white_noise import missing_white_noise
+from diagnosis.evidence.residual_tests import missing_white_noise
 from diagnosis.problem.blocks import fit, inflation
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.repair.refinement import chain_residual, refine

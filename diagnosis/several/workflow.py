@@ -16,8 +16,7 @@ from diagnosis.decision.white_choice import AcceptedEffect
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.held_out import judge_settings
 from diagnosis.evidence.localise import localise
-from diagnosis.evidence.residual_tests import ResidualTests
-from diagnosis.evidence.rising_spectrum import RisingSpectrum
+from diagnosis.evidence.residual_tests import ResidualTests, RisingSpectrum
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.repair.named_effects import named_values
 from diagnosis.repair.new_model import patch_model

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from diagnosis.decision.verdict_rules import VerdictInput
-from diagnosis.evidence.residual_tests import ResidualTests
-from diagnosis.evidence.rising_spectrum import RisingSpectrum
+from diagnosis.evidence.residual_tests import ResidualTests, RisingSpectrum
 from diagnosis.result import Diagnosis, EvidenceKind, GapSize, NamedEffect
 from diagnosis.verdict import Verdict
 from sim.effects import EFFECTS

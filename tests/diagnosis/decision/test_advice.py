@@ -10,7 +10,7 @@ import pytest
 
 from diagnosis.decision.advice import advice_for
 from diagnosis.evidence.localise import ChannelShare
-from diagnosis.evidence.rising_spectrum import RisingSpectrum
+from diagnosis.evidence.residual_tests import RisingSpectrum
 from diagnosis.result import Diagnosis, EvidenceKind, Transfer
 from diagnosis.verdict import Verdict
 from sim.effects import BY_NAME

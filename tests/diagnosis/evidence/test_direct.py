@@ -18,7 +18,7 @@ from diagnosis.evidence.direct import (
     held_rows,
 )
 from diagnosis.evidence.localise import TIME, channels, explained_share, localise
-from diagnosis.evidence.white_noise import missing_white_noise
+from diagnosis.evidence.residual_tests import missing_white_noise
 from diagnosis.policy import STANDARD, Policy
 from recordings import Recording
 from recordings.channels import current_name

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagnosis.evidence.rising_spectrum import RisingSpectrum, _limited
+from diagnosis.evidence.residual_tests import RisingSpectrum, _limited
 from diagnosis.policy import STANDARD, Policy
 from scenarios.arrays import Array
 from tests.diagnosis.synthetic import HZ, problem
