@@ -52,7 +52,7 @@ def residual_along_field(baseline: Baseline) -> Array:
     problem = baseline.problem
     along, base = along_field(problem, baseline.residual())
     cut = _slow_means(problem, len(along) // 2)
-    return np.sqrt(cut.length) * _without(cut.means(base), cut.means(along))
+    return np.asarray(np.sqrt(cut.length) * _without(cut.means(base), cut.means(along)))
 
 
 def along_field(problem: LinearProblem, residual: Array) -> tuple[Array, Array]:

@@ -156,8 +156,8 @@ def _short_runs(problem: LinearProblem, residual: Array, beside: Mask) -> tuple[
         far[first:end] = end - first <= policy.most_burst
     far &= ~beside
     for first, end in runs(far):
-        sample, axis = np.unravel_index(np.argmax(seen[first:end]), seen[first:end].shape)
-        at = int(first + sample)
+        sample, axis = divmod(int(np.argmax(seen[first:end])), seen.shape[1])
+        at = int(first) + sample
         axis = _farthest(problem.recording.mag_nT, first, end, at) if by_strength else axis
         peaks[at, axis] = seen[at].max() > policy.never_sigma
     gaps = pauses_after(problem.state.time_s, policy)

@@ -72,3 +72,19 @@ def test_no_more_rounds_than_allowed() -> None:
 
     Squares(residual).least(np.array([-1.2, 1.0]), 3)
     assert len(runs) <= 3 * (1 + 2) + 1 + 2
+
+
+def test_slopes_that_foretold_the_steps_are_taken_twice_in_all() -> None:
+    """Of a nearly linear residual: at the start and where the search ended; 30 numbers cost 30 residuals each time."""
+    rng, runs = np.random.default_rng(1), 0
+    A, y = rng.normal(size=(400, 30)), rng.normal(size=400)
+
+    def residual(x: Array) -> Array:
+        nonlocal runs
+        runs += 1
+        left = A @ x - y
+        return np.asarray(left + 1e-3 * left**2)
+
+    best = Squares(residual).least(np.zeros(30), 60)
+    assert runs < 3 * 30
+    np.testing.assert_allclose(best, least_squares(residual, np.zeros(30)).x, atol=1e-3)
