@@ -210,21 +210,16 @@ def changed(policy: Policy, assignments: Iterable[str]) -> Policy:
 
     Raises InputError for an unknown name, or a value of another kind.
     """
-    values: dict[str, Any] = {}
-    given = policy.numbers()
+    values, given = dict[str, Any](), policy.numbers()
     for text in assignments:
         name, _, value = text.partition("=")
         if name not in given:
             raise InputError(f"{name!r} is no number of the policy", where="--set", do="one of " + ", ".join(given))
-        values[name] = _read(value, given[name], name)
+        several = isinstance(like := given[name], tuple)
+        kind = type(like[0] if isinstance(like, tuple) else like)
+        try:
+            parts = tuple(map(kind, value.split(",") if several else [value]))
+        except ValueError as e:
+            raise InputError(f"{value!r} is no {kind.__name__}", where=f"--set {name}") from e
+        values[name] = parts if several else parts[0]
     return replace(policy, **values)
-
-
-def _read(text: str, like: float | tuple[float, ...], name: str) -> float | tuple[float, ...]:
-    try:
-        if isinstance(like, tuple):
-            return tuple(type(like[0])(part) for part in text.split(","))
-        return type(like)(text)
-    except ValueError as e:
-        kind = type(like[0] if isinstance(like, tuple) else like).__name__
-        raise InputError(f"{text!r} is no {kind}", where=f"--set {name}") from e

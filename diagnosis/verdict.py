@@ -28,24 +28,14 @@ class Verdict(StrEnum):
         "The model agrees with the recording: the residual does not exceed the stated noise.",
         True,
     )
-    NAMED = (
-        "named",
-        "one cause, and a clean residual",
-        "{lacks}: {causes}{share}; the residual is clean.",
-        True,
-    )
+    NAMED = ("named", "one cause, and a clean residual", "{lacks}: {causes}{share}; the residual is clean.", True)
     CLASS = (
         "class",
         "one cause, of several that the data cannot distinguish",
         "{lacks}: {causes}{share}; the residual is clean, but the data cannot distinguish these causes.",
         True,
     )
-    COMPOSITE = (
-        "composite",
-        "several causes, and a clean residual",
-        "{lacks}: {causes}{share}.",
-        True,
-    )
+    COMPOSITE = ("composite", "several causes, and a clean residual", "{lacks}: {causes}{share}.", True)
     PARTIAL = (
         "partial",
         "causes that explain a part of the gap; the rest is unexplained",
@@ -71,9 +61,9 @@ class Verdict(StrEnum):
         False,
     )
 
-    def sentence(
-        self, *, causes: str, share: str, left: str, nearest: str, goes_with: str, lacks: str = "Missing in the model"
-    ) -> str:
-        """State the finding in one sentence for a field engineer; lacks : what the causes are to the model."""
-        found = {"lacks": lacks, "causes": causes, "share": share, "left": left}
-        return self.template.format(**found, nearest=nearest, goes_with=goes_with)
+    def sentence(self, *, lacks: str = "Missing in the model", **found: str) -> str:
+        """State the finding in one sentence for a field engineer; lacks : what the causes are to the model.
+
+        found : the further parts of the template, as causes, share, left, nearest and goes_with.
+        """
+        return self.template.format(lacks=lacks, **found)

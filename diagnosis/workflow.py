@@ -151,11 +151,10 @@ def _curves(
     examination: Examination, case: VerdictInput, verdict: Verdict, doubts: tuple[str, ...]
 ) -> Explanation | None:
     """The channels followed by the gap, where only slow noise is named, or curves explain much more than the names."""
-    selection = examination.conclusion.selection
-    start, noise_alone = selection.start, examination.conclusion.noise is not None and not case.held_out_effects
+    conclusion = examination.conclusion
+    start, noise_alone = conclusion.selection.start, conclusion.noise is not None and not case.held_out_effects
     if doubts or verdict is Verdict.UNKNOWN or noise_alone:
-        hiding = selection.accepted and not doubts  # effects that explain too little to be named may hide a channel
-        return follow_channels(start) or (follow_channels(start, selection.end) if hiding else None)
+        return follow_channels(start)
     return better_channels(start, case) if verdict is Verdict.PARTIAL and not case.clean else None
 
 

@@ -25,18 +25,14 @@ from sim.simulation import blocks, plan
 Phase = dict[str, Any]
 SWAYING: Phase = {"roll_amplitude_deg": 20.0, "pitch_amplitude_deg": 20.0}
 QUICK: Phase = {**SWAYING, "roll_period_s": 11.0, "pitch_period_s": 17.0}
+SPIRAL: Phase = {"kind": "spiral", "radius_m": 20.0, "turn_rate_deg_s": 2.0, "duration_s": 240.0}
 LEGS: tuple[tuple[str, tuple[Phase, ...]], ...] = (
     ("rest", ({"kind": "hover", "duration_s": 240.0},)),
     ("a level spiral to the left, then to the right", (
-        {"kind": "spiral", "radius_m": 20.0, "turn_rate_deg_s": 2.0, "duration_s": 180.0},
-        {"kind": "spiral", "radius_m": 20.0, "turn_rate_deg_s": -2.0, "duration_s": 180.0},
+        SPIRAL | {"duration_s": 180.0}, SPIRAL | {"turn_rate_deg_s": -2.0, "duration_s": 180.0},
     )),
-    ("a spiral that sways in roll and pitch", (
-        {"kind": "spiral", "radius_m": 20.0, "turn_rate_deg_s": 2.0, "duration_s": 240.0, **SWAYING},
-    )),
-    ("a spiral that sways quickly in roll and pitch", (
-        {"kind": "spiral", "radius_m": 20.0, "turn_rate_deg_s": 3.0, "duration_s": 240.0, **QUICK},
-    )),
+    ("a spiral that sways in roll and pitch", (SPIRAL | SWAYING,)),
+    ("a spiral that sways quickly in roll and pitch", (SPIRAL | QUICK | {"turn_rate_deg_s": 3.0},)),
     ("a comb", ({"kind": "comb", "line_length_m": 60.0, "line_spacing_m": 20.0, "lines": 4, "speed_m_s": 1.0},)),
     ("a dive and the way up", (
         {"kind": "descent", "to_depth_m": 200.0, "max_duration_s": 600.0},

@@ -36,12 +36,9 @@ class AcceptedCurve:
     rivals: tuple[str, ...]
 
 
-def follow_channels(start: Baseline, baseline: Baseline | None = None) -> Explanation | None:
-    """Find the channels followed by a gap, where curves of channels are accepted; start : the baseline without effects.
-
-    baseline : the same with effects that explain too little to be named, but may hide a channel.
-    """
-    problem, curves = start.problem, select_curves(start, baseline)
+def follow_channels(start: Baseline) -> Explanation | None:
+    """Find the channels followed by a gap, where curves are accepted; start : the baseline without effects."""
+    problem, curves = start.problem, select_curves(start)
     if not curves:
         return None
     end = start.with_all(curve.evidence.candidate.columns(problem) for curve in curves)
@@ -79,14 +76,13 @@ def _named_curves(curves: Sequence[AcceptedCurve], end: Baseline) -> list[NamedE
     return named
 
 
-def select_curves(start: Baseline, baseline: Baseline | None = None) -> tuple[AcceptedCurve, ...]:
+def select_curves(start: Baseline) -> tuple[AcceptedCurve, ...]:
     """Select curves of channels in turn; each must beat slow noise and any course of time of its order.
 
     Motion is a rival: where a curve of the field, a rate, an angle or a position explains more, no channel drives the
-    gap. start : the baseline without effects, a share of whose gap a curve must explain. baseline : the baseline to
-    which curves are added, `start` by default.
+    gap. start : the baseline without effects, a share of whose gap a curve must explain.
     """
-    problem, baseline, curves = start.problem, baseline or start, list[AcceptedCurve]()
+    problem, baseline, curves = start.problem, start, list[AcceptedCurve]()
     known = find_drivers(problem)
     while known and len(curves) < problem.policy.most_curves and not (curves and residual_tests(baseline, ()).clean):
         chosen = _next_curve(baseline, start, known, first=not curves)

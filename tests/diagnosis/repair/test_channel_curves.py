@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
 
-from diagnosis import workflow
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.localise import ChannelShare
 from diagnosis.library.drivers import CHANNEL_LAGS, find_drivers
@@ -19,14 +16,12 @@ from diagnosis.repair.channel_curves import DriverScreening, better_channels, se
 from diagnosis.repair.refinement import chain_residual
 from diagnosis.result import EvidenceKind
 from diagnosis.several.confirmation import confirmed
-from diagnosis.verdict import Verdict
 from diagnosis.workflow import diagnose
 from recordings import Recording
 from recordings.channels import HEIGHT, current_name
 from scenarios.arrays import Array
 from sim.effects import Effects
 from sim.effects.channels import ChannelEffect
-from sim.effects.currents import EddyCurrent
 from sim.effects.kernels import first_order_lag
 from sim.scenario import ModelSpec
 from tests.diagnosis.decision.answers import FOUND, case_of
@@ -120,18 +115,6 @@ def test_the_height_drives_also_where_only_the_strength_is_known() -> None:
     assert [one.channel for one in select_curves(Baseline.of(p))] == [HEIGHT]
 
 
-def test_a_slow_load_is_found_beside_what_hides_it_among_the_motions() -> None:
-    """A part that goes with the field's rate is smaller, but faster: the rate gains more beside a coloured rest."""
-    slow_load = np.repeat(load(1), 4)[:4000]
-    given = disturbed(1.5 * slow_load, load_A=slow_load)
-    rate = problem(given).state.field_rate_nT_s
-    posed_late = problem(replace(given, mag_nT=given.mag_nT - 0.0007 * rate))
-    start = Baseline.of(posed_late)
-    beside = start.with_columns(posed_late.whitened(rate[:, :, None], EddyCurrent))
-    assert not select_curves(start)
-    assert [one.channel for one in select_curves(start, beside)] == ["load_A"]
-
-
 @pytest.mark.parametrize("seed", range(3))
 def test_a_slow_rest_goes_with_no_slow_channel(seed: int) -> None:
     courses = {f"walk_{k}": slow(seed + 10 * k) for k in range(1, 4)}
@@ -205,15 +188,3 @@ def test_curves_stand_for_names_where_they_explain_much_more(channel: str, expla
     assert (found is not None) == instead
     assert not instead or "load" in {cause for one in found.named for cause in one.effect.required_inputs}
     assert better_channels(Baseline.of(posed), case_of(FOUND, clean=False, problem=posed)) is None
-
-
-@pytest.mark.parametrize(("doubts", "names", "beside"), [((), 1, True), ((), 0, False), (("wrong",), 1, False)])
-def test_curves_are_looked_for_beside_names_too_small_to_be_told_but_not_beside_wrong_ones(
-    doubts: tuple[str, ...], names: int, beside: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    asked: list[tuple[str, ...]] = []
-    monkeypatch.setattr(workflow, "follow_channels", lambda *baselines: asked.append(baselines))
-    selection = SimpleNamespace(start="start", end="end", accepted=["name"] * names)
-    seen: Any = SimpleNamespace(conclusion=SimpleNamespace(selection=selection, noise=None))
-    workflow._curves(seen, case_of(FOUND), Verdict.UNKNOWN, doubts)
-    assert asked == [("start",)] + [("start", "end")] * beside
