@@ -144,8 +144,8 @@ def _wrong_values(problem: LinearProblem, lattices: Lattices, beside: Mask) -> D
 def _short_runs(problem: LinearProblem, residual: Array, beside: Mask) -> tuple[Mask, Mask]:
     """Mask (n,) of short runs far from a quiet residual (n, 3), or strength, and mask (n, 3) of their high peaks.
 
-    A body beside the path, or a base that does not fit, lasts longer. Samples (n,) `beside` are left out; next to a
-    pause no value is a peak. Without attitude the axis of a peak is the farthest from the line between the run's ends.
+    A body beside the path, or a base that does not fit, lasts longer. Samples (n,) `beside` are left out; between two
+    pauses no value is a peak. Without attitude the axis of a peak is the farthest from the line between the run's ends.
     """
     policy, by_strength = problem.policy, problem.mode == "strength"
     seen = np.abs(problem.target[:, :1] if by_strength else residual / problem.sigma_nT)
@@ -161,7 +161,7 @@ def _short_runs(problem: LinearProblem, residual: Array, beside: Mask) -> tuple[
         axis = _farthest(problem.recording.mag_nT, first, end, at) if by_strength else axis
         peaks[at, axis] = seen[at].max() > policy.never_sigma
     gaps = pauses_after(problem.state.time_s, policy)
-    peaks[np.union1d(gaps, gaps + 1)] = False
+    peaks[np.intersect1d(gaps, gaps + 1)] = False
     return far, peaks
 
 
