@@ -139,8 +139,8 @@ def _common(
         effect, spread = parameters_of(candidate, own.c, own.covariance, problems[i])
         known[i] = replace(like, alternatives=(), nats=nats, strength=strength, effect=effect, spread=spread)
     effect, spread = parameters_of(candidate, agree.c, agree.covariance, problems[min(fits)])
-    each, of_each = (tuple(map(one.get, range(len(problems)))) for one in (known, ratios))
-    named = replace(like, effect=effect, spread=spread)
+    every, named = range(len(problems)), replace(like, effect=effect, spread=spread)
+    each, of_each = tuple(map(known.get, every)), tuple(map(ratios.get, every))
     return CommonEffect(named, each, presence, agree.chi2, agree.degrees, agree.p, of_each)
 
 
