@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
+from diagnosis.decision.conclusion import conclude
+from diagnosis.decision.selection import select
 from diagnosis.policy import STANDARD
-from diagnosis.repair.named_effects import named_values
+from diagnosis.repair.named_effects import explain, named_values
 from sim.effects.offsets import OffsetRandomWalk
+from tests.diagnosis.synthetic import problem
 
 
 @pytest.mark.parametrize(("identified", "listed"), [(True, ()), (False, ("a", "b", "c"))])
@@ -26,3 +30,19 @@ def test_noise_of_open_nature_lists_the_three_effects_that_explain_most(
     conclusion: Any = SimpleNamespace(selection=SimpleNamespace(end=end, results=judged), noise=noise)
     (one,) = named_values(conclusion, (), ())
     assert one.alternatives == ("flicker_noise", *listed)
+
+
+def test_the_form_of_a_cause_belongs_to_it_and_is_no_second_name() -> None:
+    posed = problem(
+        hidden={
+            "motor_current": {"gain_nT_A": [2.0, -1.0, 4.0]},
+            "hard_iron_drift": {"rate_nT_h": [200.0, -100.0, 150.0]},
+        }
+    )
+    conclusion = conclude(select(posed))
+    first, second = conclusion.accepted
+    assert len(explain(posed, conclusion, ()).named) == 2
+    joined = replace(conclusion, accepted=(first, replace(second, form_of=first.name)))
+    (one,) = explain(posed, joined, ()).named
+    assert (one.name, [part.name for part in one.also]) == (first.name, [second.name])
+    assert second.name in one.alternatives
