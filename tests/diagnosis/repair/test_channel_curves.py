@@ -12,7 +12,7 @@ from diagnosis.evidence.localise import ChannelShare
 from diagnosis.library.drivers import CHANNEL_LAGS, find_drivers
 from diagnosis.policy import Policy
 from diagnosis.problem.formulation import pose, pose_model
-from diagnosis.repair.channel_curves import DriverScreening, better_channels, select_curves
+from diagnosis.repair.channel_curves import DriverScreening, better_channels, follow_channels, select_curves
 from diagnosis.repair.refinement import chain_residual
 from diagnosis.result import EvidenceKind
 from diagnosis.several.confirmation import confirmed
@@ -188,3 +188,14 @@ def test_curves_stand_for_names_where_they_explain_much_more(channel: str, expla
     assert (found is not None) == instead
     assert not instead or "load" in {cause for one in found.named for cause in one.effect.required_inputs}
     assert better_channels(Baseline.of(posed), case_of(FOUND, clean=False, problem=posed)) is None
+
+
+def test_the_gap_before_is_that_beside_the_iron_of_the_whole_run() -> None:
+    """Iron of the training part alone, which the motion shows less, would leave more, and that is no gap."""
+    start = Baseline.of(problem(disturbed(np.abs(load(3)), load_A=load(3))))
+    followed = follow_channels(start)
+    assert followed is not None
+    held_out = start.held_out_samples()
+    whole, trained = (float(np.sqrt((start.residual(use)[held_out] ** 2).mean())) for use in (None, ~start.splits[0]))
+    assert whole < trained
+    assert followed.gap.before_sigma == pytest.approx(whole, rel=1e-3 * (trained / whole - 1))
