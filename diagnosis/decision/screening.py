@@ -8,7 +8,7 @@ import numpy as np
 
 from diagnosis.evidence.baseline import Baseline, added_share
 from diagnosis.evidence.candidate_test import CandidateFit, ColouredBaseline
-from diagnosis.evidence.held_out import Evidence
+from diagnosis.evidence.held_out import Evidence, on_six_digits
 from diagnosis.evidence.within_row import gain_within
 from diagnosis.policy import Policy
 from scenarios.arrays import Array
@@ -26,13 +26,13 @@ def screen(
     columns, within = _in_rows(candidates, beside, baseline)
     nats = beside.screening_gains(columns) + within
     negligible = [added_share(start, baseline, evidence.squares) < policy.trace for evidence in candidates]
-    order = sorted(best_of_each_name(names, nats, policy), key=lambda i: (negligible[i], -nats[i]))
+    order = sorted(best_of_each_name(names, nats, policy), key=lambda i: (negligible[i], -on_six_digits(nats[i])))
     tried = {names[i] for i in order[: policy.tried_coloured]}
     settings = (each for each in zip(candidates, columns, within, strict=True) if each[0].name in tried)
     fits = [beside.fit_candidate(*each) for each in settings]
     best = best_of_each_name([fit.evidence.name for fit in fits], np.array([fit.gain for fit in fits]), policy)
     screened = [(candidates[i], float(nats[i])) for i in order[policy.tried_coloured :]]
-    return sorted((fits[i] for i in best), key=lambda fit: -fit.gain), screened
+    return sorted((fits[i] for i in best), key=lambda fit: -on_six_digits(fit.gain)), screened
 
 
 def _in_rows(

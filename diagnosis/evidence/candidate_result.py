@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from diagnosis.evidence.held_out import Evidence
+from diagnosis.evidence.held_out import Evidence, on_six_digits
 
 NAMED, BEHIND, TOO_LITTLE = "named", "explains less", "below what is needed"
 INDISTINGUISHABLE, HARDLY_MORE = "cannot be distinguished from", "explains little more than"
@@ -45,7 +45,10 @@ def with_outcomes(
         return f"{HARDLY_MORE} {named}" if named in result.evidence.candidate.effect.traits.contains else BEHIND
 
     return tuple(
-        sorted((replace(result, outcome=outcome(result)) for result in results), key=lambda result: -result.nats)
+        sorted(
+            (replace(result, outcome=outcome(result)) for result in results),
+            key=lambda result: -on_six_digits(result.nats),
+        )
     )
 
 

@@ -76,7 +76,12 @@ class Evidence:
 def rank_candidates(baseline: Baseline, settings: dict[str, list[Candidate]]) -> tuple[Evidence, ...]:
     """Evidence of every candidate with an admissible fit, strongest first."""
     judged = (judge_candidate(baseline, several) for several in settings.values())
-    return tuple(sorted((e for e in judged if e is not None), key=lambda e: -e.gain))
+    return tuple(sorted((e for e in judged if e is not None), key=lambda e: -on_six_digits(e.gain)))
+
+
+def on_six_digits(nats: float) -> float:
+    """Nats on six digits: where only rounding differs, candidates keep the order of the chain."""
+    return float(f"{nats:.6g}")
 
 
 def judge_candidate(baseline: Baseline, settings: Sequence[Candidate]) -> Evidence | None:
