@@ -28,8 +28,8 @@ class Squares:
     """Half the sum of squares of ``residual(x)`` (n,), its gradient and its Gauss-Newton matrix, of numbers x (k,).
 
     Those of the last x are kept. A decomposition of the Jacobian (n, k) would hold it three times more: 2 GB for ten
-    hours and 40 numbers. A Jacobian that foretold a step is corrected along the step, as Broyden does: taken anew it
-    costs a residual for every number.
+    hours and 40 numbers. During a search a Jacobian that foretold a step is corrected along the step, as Broyden does:
+    taken anew it costs a residual for every number. The matrix where a search ended is that of true slopes.
     """
 
     residual: Callable[[Array], Array]
@@ -59,7 +59,9 @@ class Squares:
             return start
         first, used = self._searched(start, rounds)
         self._slope, self._jacobian = None, None  # to an end by slopes that were corrected, on from there by true ones
-        return self._searched(first, rounds - used)[0] if used < rounds else first
+        best = self._searched(first, rounds - used)[0] if used < rounds else first
+        self._slope, self._jacobian = None, None  # a corrected matrix tells no variances
+        return best
 
     def _searched(self, start: Array, rounds: int) -> tuple[Array, int]:
         """Numbers (k,) where a search ends, and its rounds."""

@@ -74,7 +74,7 @@ def test_no_more_rounds_than_allowed() -> None:
     assert len(runs) <= 3 * (1 + 2) + 1 + 2
 
 
-def test_slopes_that_foretold_the_steps_are_taken_twice_in_all() -> None:
+def test_slopes_that_foretold_the_steps_are_taken_at_the_start_and_where_the_search_ends() -> None:
     """Of a nearly linear residual: at the start and where the search ended; 30 numbers cost 30 residuals each time."""
     rng, runs = np.random.default_rng(1), 0
     A, y = rng.normal(size=(400, 30)), rng.normal(size=400)
