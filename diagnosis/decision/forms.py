@@ -55,21 +55,31 @@ def _baseline_with(accepted: Iterable[AcceptedEffect], start: Baseline) -> Basel
 
 
 def _drop_unsupported_forms(accepted: Sequence[AcceptedEffect], start: Baseline) -> list[AcceptedEffect]:
-    """Drop forms gaining less than the nats for acceptance next to all remaining effects."""
+    """Drop forms gaining less than the nats for acceptance next to all remaining effects, and drop duplicate effects.
+
+    A second copy of an effect, accepted next to a form, replaces the first once the form is gone.
+    """
     out, problem = list(accepted), start.problem
     for i, effect in enumerate(accepted):
         forms = effect.evidence.candidate.forms
         others = _baseline_with((*out[:i], *out[i + 1 :]) if forms else (), start)
         for form in reversed(forms):
-            candidate = out[i].evidence.candidate
-            own = {p.name for p in candidate.effect.forms[form]}  # which return to their defaults
-            kept = tuple(each for each in candidate.nonlinear if each[0] not in own)
-            rest = tuple(each for each in candidate.forms if each != form)
-            plainer = judge_settings(others, [replace(candidate, forms=rest, nonlinear=kept)])
-            whole = judge_settings(others, [candidate])
+            whole = judge_settings(others, [out[i].evidence.candidate])
+            plainer = judge_settings(others, [_without_form(out[i].evidence.candidate, form)])
             if plainer is not None and (whole is None or not _is_supported(whole, plainer, problem)):
                 out[i] = replace(out[i], evidence=replace(plainer, gain=effect.evidence.gain, V=effect.evidence.V))
-    return out
+    return list({_key(effect.evidence.candidate): effect for effect in reversed(out)}.values())[::-1]
+
+
+def _without_form(candidate: Candidate, form: str) -> Candidate:
+    """The candidate without a form, whose parameters return to their defaults."""
+    own = {p.name for p in candidate.effect.forms[form]}
+    kept = tuple(each for each in candidate.nonlinear if each[0] not in own)
+    return replace(candidate, forms=tuple(each for each in candidate.forms if each != form), nonlinear=kept)
+
+
+def _key(candidate: Candidate) -> tuple[object, ...]:
+    return candidate.effect, candidate.forms, repr(sorted(candidate.nonlinear))
 
 
 def _is_supported(fuller: Evidence, plainer: Evidence, problem: LinearProblem) -> bool:

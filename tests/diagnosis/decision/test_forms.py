@@ -134,3 +134,13 @@ def test_a_form_that_does_not_tell_is_given_back(bend: tuple[float, ...], kept: 
     if not kept:
         effect = one.evidence.candidate.to_effect(one.evidence.coefficients)
         assert effect.gain_nT_A == pytest.approx((4.0, -2.0, 3.0), abs=0.3)  # type: ignore[attr-defined]
+
+
+def test_what_was_found_twice_is_there_once_when_its_form_is_given_back() -> None:
+    posed = problem(hidden={"motor_current": {"gain_nT_A": [4.0, -2.0, 3.0], "motor": 1}})
+    start = Baseline.of(posed)
+    plain = Candidate(MotorCurrent, (("motor", 1),))
+    both = [judge_settings(start, [one]) for one in (replace(plain, forms=("bent line",)), plain)]
+    found = [AcceptedEffect(one, ()) for one in both if one is not None]
+    ((one,), _, _) = complete_forms(found, start, partial(residual_tests, names=["motor_current"]))
+    assert one.evidence.candidate.forms == ()
