@@ -26,7 +26,9 @@ def screen(
     columns, within = _in_rows(candidates, beside, baseline)
     nats = beside.screening_gains(columns) + within
     negligible = [added_share(start, baseline, evidence.squares) < policy.trace for evidence in candidates]
-    order = sorted(best_of_each_name(names, nats, policy), key=lambda i: (negligible[i], -on_six_digits(nats[i])))
+    order = sorted(
+        best_of_each_name(names, nats, policy), key=lambda i: (negligible[i], -on_six_digits(float(nats[i])))
+    )
     tried = {names[i] for i in order[: policy.tried_coloured]}
     settings = (each for each in zip(candidates, columns, within, strict=True) if each[0].name in tried)
     fits = [beside.fit_candidate(*each) for each in settings]
