@@ -37,7 +37,7 @@ DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not 
 WARM = next(effect for effect in EFFECTS if any(p.unit == "nT/K" for p in effect.parameters()))
 KIN = tuple(effect for effect in EFFECTS if effect.traits.family)
 CLEAN, LEFT = ResidualTests({}, (), 0.0, ()), ResidualTests({}, (), 0.0, ("means",))
-NOISE = SlowNoise(WhiteNoise((1.0, 1.0, 1.0)), (), 50.0, -100.0, fits=True, identified=True)
+NOISE = SlowNoise(WhiteNoise((1.0, 1.0, 1.0)), (), 50.0, fits=True, identified=True)
 
 
 def _evidence(effect: type[Effect], gain: float, width: int, policy: Policy = STANDARD) -> Evidence:
