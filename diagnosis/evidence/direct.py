@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import median_filter
 
+from diagnosis.evidence.along_field import along_field
+from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem, held, pauses_after, repeated
 from scenarios.arrays import Array
 from scenarios.errors import InputError
@@ -128,12 +130,12 @@ def _wrong_values(problem: LinearProblem, lattices: Lattices, beside: Mask) -> D
     """Isolated outliers and bursts, unless a neighbour is repeated, clipped or a current's spike."""
     policy, residual = problem.policy, problem.recording.mag_nT - problem.clean_nT
     switched = np.asarray(spikes(problem.state.current_A).any(axis=1), dtype=np.bool_)
-    far, peaks = _short_runs(problem, residual, beside)
-    found = _isolated(problem, lattices, residual) | (peaks & (not problem.still))
+    found = _isolated(problem, lattices, residual) | find_burst_peaks(problem, residual)
     where: Mask = np.asarray(found & ~(beside | _with_neighbours(problem, switched))[:, None], dtype=np.bool_)
     single: Mask = np.asarray(where.any(axis=1))
     if np.count_nonzero(where) < policy.least_spikes or _across_the_field(problem, residual, single):
         return None
+    far, peaks = _far_runs(problem, residual, beside)
     if problem.mode == "vector" and np.count_nonzero(peaks) >= policy.least_spikes:
         where = peaks  # the smaller ones too: their law is known by more of them
     sizes_nT = np.abs(residual - np.median(residual, axis=0))[where]
@@ -141,27 +143,22 @@ def _wrong_values(problem: LinearProblem, lattices: Lattices, beside: Mask) -> D
     return _finding("outliers", single | far, rate_hz, mean_nT, stated=bool(_stated(problem, "outliers")))
 
 
-def _short_runs(problem: LinearProblem, residual: Array, beside: Mask) -> tuple[Mask, Mask]:
-    """Mask (n,) of short runs far from a quiet residual (n, 3), or strength, and mask (n, 3) of their high peaks.
+def _far_runs(problem: LinearProblem, residual: Array, beside: Mask) -> tuple[Mask, Mask]:
+    """Mask (n,) of short runs far from a quiet residual (n, 3), or strength, and mask (n, q) of the peak of each.
 
-    A body beside the path, or a base that does not fit, lasts longer. Samples (n,) `beside` are left out; between two
-    pauses no value is a peak. Without attitude the axis of a peak is the farthest from the line between the run's ends.
+    A body beside the path, or a base that does not fit, lasts longer. Samples (n,) `beside` are left out.
     """
-    policy, by_strength = problem.policy, problem.mode == "strength"
-    seen = np.abs(problem.target[:, :1] if by_strength else residual / problem.sigma_nT)
-    far, peaks = np.zeros(len(seen), np.bool_), np.zeros(residual.shape, np.bool_)
-    if not (np.median(seen, axis=0) < policy.somewhat_larger).all():
+    policy = problem.policy
+    seen = np.abs(problem.target[:, :1] if problem.mode == "strength" else residual / problem.sigma_nT)
+    far, peaks = np.zeros(len(seen), np.bool_), np.zeros(seen.shape, np.bool_)
+    if not _is_quiet(seen, policy):
         return far, peaks
     for first, end in runs(np.asarray((seen > policy.far_sigma).any(axis=1))):
         far[first:end] = end - first <= policy.most_burst
     far &= ~beside
     for first, end in runs(far):
-        sample, axis = divmod(int(np.argmax(seen[first:end])), seen.shape[1])
-        at = int(first) + sample
-        axis = _farthest(problem.recording.mag_nT, first, end, at) if by_strength else axis
-        peaks[at, axis] = seen[at].max() > policy.never_sigma
-    gaps = pauses_after(problem.state.time_s, policy)
-    peaks[np.intersect1d(gaps, gaps + 1)] = False
+        sample, axis = np.unravel_index(np.argmax(seen[first:end]), seen[first:end].shape)
+        peaks[first + sample, axis] = seen[first + sample, axis] > policy.never_sigma
     return far, peaks
 
 
@@ -177,6 +174,47 @@ def _isolated(problem: LinearProblem, lattices: Lattices, residual: Array) -> Ma
         return raw
     by_strength = problem.mode == "strength"
     return raw & spikes(problem.off_strength_nT if by_strength else residual, None if by_strength else steps, gaps)
+
+
+def find_burst_peaks(problem: LinearProblem, left_nT: Array) -> Mask:
+    """Mask (n, 3) of the highest value of every burst in the base's residual (n, 3), or in the strength.
+
+    A burst lasts 2 to `most_burst` samples, each `never_sigma` from the local median while the median of the deviations
+    is small: a passed body, or a base that does not fit, is no burst. A deviation of the strength, which no turn
+    causes, may last one sample unless next to a pause. Without attitude the affected axis is the axis farthest from the
+    line between the ends of the burst.
+    """
+    found, policy, by_strength = np.zeros(left_nT.shape, bool), problem.policy, problem.mode == "strength"
+    seen_nT = problem.off_strength_nT if by_strength else left_nT
+    seen = seen_nT / problem.sigma_nT[: seen_nT.shape[1]]
+    if problem.still or not _is_quiet(np.abs(seen), policy):
+        return found
+    single = np.ones(len(found), bool) if by_strength else _off_strength(problem, left_nT)
+    gaps = pauses_after(problem.state.time_s, policy)
+    single[np.intersect1d(gaps, gaps + 1)] = False
+    least = np.where(single, 1, 2)
+    stands_out, off = _far(seen, policy)
+    for column, far in enumerate(stands_out.T):
+        for first, end in runs(far):
+            at = first + int(np.argmax(off[first:end, column]))
+            if least[at] <= end - first <= policy.most_burst:
+                found[at, _farthest(problem.recording.mag_nT, first, end, at) if by_strength else column] = True
+    return found
+
+
+def _off_strength(problem: LinearProblem, left_nT: Array) -> Mask:
+    """Mask (n,) of outliers of the strength in the base's residual (n, 3); empty without a compared attitude."""
+    if not problem.compares_across:
+        return np.zeros(len(left_nT), bool)
+    return _far(along_field(problem, left_nT / problem.sigma_nT)[0][:, None], problem.policy)[0][:, 0]
+
+
+def _far(seen: Array, policy: Policy) -> tuple[Mask, Array]:
+    """Outliers (n, q) among quiet neighbours, and the distance of each value from the local median."""
+    size = (policy.burst_median, 1)
+    off = np.abs(seen - median_filter(seen, size=size, mode="nearest"))
+    quiet = median_filter(off, size=size, mode="nearest") < policy.somewhat_larger
+    return (off > policy.never_sigma) & quiet, off
 
 
 def _farthest(mag_nT: Array, first: int, end: int, at: int) -> int:
@@ -218,6 +256,11 @@ def _spike_law(size_nT: Array, duration_s: float, one_size: float) -> tuple[floa
 def runs(samples: Mask) -> NDArray[np.intp]:
     """First sample and end (m, 2) of each run of true samples (n,)."""
     return np.flatnonzero(np.diff(np.concatenate([[0], samples.astype(np.int8), [0]]))).reshape(-1, 2)
+
+
+def _is_quiet(seen: Array, policy: Policy) -> bool:
+    """Whether the sizes (n, q) of the base's residual, in units of the noise, are small in the median."""
+    return bool((np.median(seen, axis=0) < policy.somewhat_larger).all())
 
 
 def _with_neighbours(problem: LinearProblem, samples: Mask) -> Mask:

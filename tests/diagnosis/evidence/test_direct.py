@@ -57,6 +57,14 @@ def test_a_clock_that_errs_now_and_then_makes_no_wrong_values() -> None:
     assert direct_evidence(replace(posed, policy=Policy(little=1e-6))) != []
 
 
+def test_the_crests_of_a_wave_are_no_wrong_values() -> None:
+    """A wave of the strength that now and then rises far above the noise: its crests have no quiet neighbours."""
+    given, samples = recording(8000), np.arange(8000)
+    wave_nT = 8 * NOISE_NT * np.sin(2 * np.pi * samples / 9) * (samples % 400 < 60)
+    share = 1 + wave_nT / np.linalg.norm(given.mag_nT, axis=1)
+    assert direct_evidence(problem(replace(given, mag_nT=given.mag_nT * share[:, None]))) == []
+
+
 def _rounded(model: tuple[Effect, ...] = (), policy: Policy = STANDARD):  # type: ignore[no-untyped-def]
     given = recording()
     return problem(replace(given, mag_nT=4.0 * np.round(given.mag_nT / 4.0)), model, policy)
