@@ -144,7 +144,7 @@ def _wrong_values(problem: LinearProblem, lattices: Lattices, beside: Mask) -> D
 
 
 def _far_runs(problem: LinearProblem, residual: Array, beside: Mask) -> tuple[Mask, Mask]:
-    """Mask (n,) of short runs far from a quiet residual (n, 3), or strength, and mask (n, q) of the peak of each.
+    """Mask (n,) of short runs far from a quiet residual (n, 3), or strength, and mask (n, q) of their high peaks.
 
     A body beside the path, or a base that does not fit, lasts longer. Samples (n,) `beside` are left out.
     """
@@ -181,7 +181,7 @@ def find_burst_peaks(problem: LinearProblem, left_nT: Array) -> Mask:
 
     A burst lasts 2 to `most_burst` samples, each `never_sigma` from the local median while the median of the deviations
     is small: a passed body, or a base that does not fit, is no burst. A deviation of the strength, which no turn
-    causes, may last one sample unless next to a pause. Without attitude the affected axis is the axis farthest from the
+    causes, may last one sample unless between two pauses. Without attitude the affected axis is the farthest from the
     line between the ends of the burst.
     """
     found, policy, by_strength = np.zeros(left_nT.shape, bool), problem.policy, problem.mode == "strength"
