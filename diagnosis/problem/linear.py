@@ -69,7 +69,6 @@ class LinearProblem:
     recording: Recording
     state: State
     effects: tuple[Effect, ...]
-    mode: Mode
     base: Array
     target: Array
     sigma_nT: Array
@@ -91,6 +90,11 @@ class LinearProblem:
     attitude_delay_s: float = 0.0
     left_out: tuple[Effect, ...] = ()
     wrong_values: bool = False
+
+    @property
+    def mode(self) -> Mode:
+        """The comparison: of the axes, or of the field's strength."""
+        return "vector" if self.output_axes is None else "strength"
 
     @property
     def offset_nT(self) -> Array:

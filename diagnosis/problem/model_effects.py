@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from diagnosis.problem.linear import LinearProblem
-from recordings import Recording
 from scenarios.arrays import Array
 from sim.chain import apply_deterministic
 from sim.effects import EFFECTS
@@ -17,8 +15,8 @@ from sim.effects.base import Effect
 from sim.effects.chain_position import chain_position, insert_effects, iron_matrix
 from sim.state import State
 
-STEPS = 2
-"""Number of iterations between the field and the model's effects along the field."""
+STEPS = 4
+"""Steps between the fitted iron and the model's effects behind it: each squares the error of the preceding step."""
 SOFT, HARD = sorted(
     (effect for effect in EFFECTS if effect.traits.absorbed and effect.stage == "vehicle"),
     key=lambda effect: effect.traits.constant,
@@ -26,23 +24,17 @@ SOFT, HARD = sorted(
 """Iron of the vehicle: a matrix, and a constant."""
 
 
-def pose_without_model_effects(
-    pose: Callable[[Recording], LinearProblem], recording: Recording, effects: Sequence[Effect]
-) -> LinearProblem:
-    """The problem of a recording less the model's effects other than iron, evaluated along the estimated field.
+def about_model_effects(pose: Callable[[Array | float], LinearProblem]) -> LinearProblem:
+    """The problem about what the model's effects beyond iron add (n, 3), each behind the fitted iron.
 
-    Iron is fitted in place of the model's. Effects without recorded inputs, random effects and effects of the converter
-    are left out.
+    Effects without recorded inputs, random effects and effects of the converter are left out.
     """
-    problem = pose(recording)
-    known = [effect for effect in effects if not (problem.missing_inputs(effect) or effect.traits.converter)]
-    added_nT = np.zeros_like(recording.mag_nT)
+    problem = pose(0.0)
+    known = [each for each in problem.effects if not (problem.missing_inputs(each) or each.traits.converter)]
     beyond_iron = any(not effect.traits.absorbed and not effect.stochastic for effect in known)
     for _ in range(STEPS if beyond_iron else 0):
-        added_nT = beyond_iron_nT(known, problem.state)
-        problem = pose(replace(recording, mag_nT=recording.mag_nT - added_nT))
-    predicted_nT = problem.predicted_nT + added_nT
-    return replace(problem, recording=recording, effects=tuple(effects), predicted_nT=predicted_nT)
+        problem = pose(beyond_iron_nT(insert_effects(known, fitted_iron(problem)), problem.state))
+    return problem
 
 
 def beyond_iron_nT(effects: Sequence[Effect], state: State) -> Array:

@@ -12,12 +12,13 @@ from diagnosis.policy import Policy
 from diagnosis.problem.given_field import FieldTrack, Level
 from diagnosis.problem.iron_fit import LEAST_LEVEL, compared, fit_iron
 from diagnosis.problem.linear import LinearProblem, noise_of_neighbours
-from diagnosis.problem.model_effects import pose_without_model_effects
+from diagnosis.problem.model_effects import about_model_effects
 from diagnosis.problem.motion import measured, state_of
 from diagnosis.problem.sensors import measured_strength
 from recordings import Recording
 from scenarios.arrays import Array
 from sim.effects.base import Effect
+from sim.state import State
 from validation.signals.direction_rate import median_rate_rad_s
 
 TURN_STEP_S = 0.04
@@ -45,32 +46,37 @@ def strength_problem(
     if F_nT is None:
         F_nT = np.full((len(recording), 1), strength_nT) + (0.0 if track is None else track.change_nT[:, None])
     middle_nT = field_enu_nT * (float(np.median(F_nT)) / strength_nT if track is None else 1.0)
-    posed = partial(_posed, F_nT=F_nT, middle_nT=middle_nT, known_nT=disturbance_nT, level=level, policy=policy)
-    return replace(pose_without_model_effects(posed, recording, effects), track=track, level=level)
+    pose = partial(_about_iron, recording, F_nT, middle_nT, disturbance_nT, level, effects, policy)
+    return replace(about_model_effects(pose), track=track, level=level)
 
 
-def _posed(
-    recording: Recording, F_nT: Array, middle_nT: Array, known_nT: Array | float, level: Level | None, policy: Policy
+def _about_iron(
+    recording: Recording,
+    F_nT: Array,
+    middle_nT: Array,
+    disturbance_nT: Array | float,
+    level: Level | None,
+    effects: tuple[Effect, ...],
+    policy: Policy,
+    beyond_nT: Array | float,
 ) -> LinearProblem:
-    """The problem of strengths (n, 1), iron fitted to the measurement less a known disturbance (n, 3).
+    """The problem of strengths (n, 1), iron fitted to the measurement less a disturbance and the effects beyond iron.
 
     middle_nT (3,): the field east, north, up in the middle.
     """
-    mag_nT = recording.mag_nT - known_nT
+    mag_nT = recording.mag_nT - beyond_nT - disturbance_nT
     iron = fit_iron(mag_nT, F_nT[:, 0], recording.time_s, policy, level)
     output_axes, off_nT = compared(iron.field_nT(mag_nT), F_nT, level)
     off_nT[:, 1:] -= F_nT * np.median(off_nT[:, 1:] / F_nT, axis=0)  # the dip is known but for a constant
     sigma, field_nT = _noise_nT(off_nT, recording, policy), output_axes[:, 0] * F_nT
-    residual = off_nT + np.einsum("nqi,ni->nq", output_axes, (recording.mag_nT - mag_nT) @ iron.matrix.T)
-    state = state_of(recording, middle_nT, field_nT, body_rate(recording), R_wb=_attitude(field_nT, middle_nT, level))
-    clean_nT = iron.measured_nT(field_nT)
+    disturbed_nT = (recording.mag_nT - beyond_nT - mag_nT) @ iron.matrix.T
+    clean_nT = iron.measured_nT(field_nT) + beyond_nT
     return LinearProblem(
         recording=recording,
-        state=state,
-        effects=(),
-        mode="strength",
+        state=_state(recording, field_nT, middle_nT, level),
+        effects=effects,
         base=strength_columns(output_axes[:, 0]) if level is None else dip_columns(output_axes) / sigma[:, None],
-        target=residual / sigma,
+        target=(off_nT + np.einsum("nqi,ni->nq", output_axes, disturbed_nT)) / sigma,
         sigma_nT=sigma,
         usable=np.ones(len(recording)),
         turn=iron.turn,
@@ -79,13 +85,14 @@ def _posed(
         inputs=measured(recording) | {"rate"},  # of the field that is measured
         policy=policy,
         output_axes=output_axes,
+        beyond_nT=beyond_nT,
     )
 
 
 def _noise_nT(off_nT: Array, recording: Recording, policy: Policy) -> Array:
     """Noise of a sample (q,) of each deviation (n, q)."""
-    each = (noise_of_neighbours(off[:, None], recording.mag_nT, recording.time_s, policy) for off in off_nT.T)
-    return np.concatenate(list(each))
+    each = [noise_of_neighbours(off[:, None], recording.mag_nT, recording.time_s, policy) for off in off_nT.T]
+    return np.concatenate(each)
 
 
 def strength_columns(direction: Array) -> Array:
@@ -105,15 +112,16 @@ def dip_columns(output_axes: Array) -> Array:
     return np.concatenate([elements, output_axes, constant], axis=2)
 
 
-def _attitude(field_nT: Array, field_enu_nT: Array, level: Level | None) -> Array:
-    """Attitudes (n, 3, 3) that turn a measured field (n, 3) to the given one, and, with a level, down towards down.
+def _state(recording: Recording, field_nT: Array, field_enu_nT: Array, level: Level | None) -> State:
+    """The state with attitudes that turn a measured field (n, 3) to the given one, and, with a level, down to down.
 
     Without a level the turn about the field is unknown and any.
     """
     down, down_enu = (np.eye(3)[np.abs(field).argmin(axis=1)] for field in (field_nT, field_enu_nT[None]))
     if level is not None:
         down, down_enu = level.down, np.array([[0.0, 0.0, -1.0]])
-    return np.asarray(_axes(field_enu_nT[None], down_enu).transpose(0, 2, 1) @ _axes(field_nT, down))
+    R_wb = _axes(field_enu_nT[None], down_enu).transpose(0, 2, 1) @ _axes(field_nT, down)
+    return state_of(recording, field_enu_nT, field_nT, body_rate(recording), R_wb=R_wb)
 
 
 def _axes(field: Array, second: Array) -> Array:
@@ -126,8 +134,7 @@ def _axes(field: Array, second: Array) -> Array:
 
 def turn_rate_rad_s(problem: LinearProblem) -> float:
     """Median turn rate of the measured field in sensor axes, over a time step that suppresses noise."""
-    known_nT = problem.recording.mag_nT + (problem.state.field_nT[0] @ problem.turn.T - problem.clean_nT[0])
-    u = known_nT @ np.asarray(np.linalg.inv(problem.turn), dtype=np.float64).T
+    u = (problem.recording.mag_nT - problem.beyond_nT - problem.offset_nT) @ np.linalg.inv(problem.turn).T
     u /= np.linalg.norm(u, axis=1, keepdims=True)
     return median_rate_rad_s(u, problem.state.time_s, TURN_STEP_S)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -10,14 +11,14 @@ from calib.numerics.rates import body_rate, smoothed_derivative
 from diagnosis.policy import Policy
 from diagnosis.problem.given_field import FieldTrack
 from diagnosis.problem.linear import IN_EARTH_FRAME, LinearProblem, held, noise_of_neighbours, sample_noise
-from diagnosis.problem.model_effects import beyond_iron_nT, fitted_iron, pose_without_model_effects
+from diagnosis.problem.model_effects import about_model_effects
 from diagnosis.problem.motion import measured, motion_of, state_of
 from recordings import Recording
 from recordings.channels import REFERENCE
 from scenarios.arrays import Array
 from sim.chain import apply_deterministic
 from sim.effects.base import Effect
-from sim.effects.chain_position import insert_effects, iron_matrix, without_iron
+from sim.effects.chain_position import iron_matrix, without_iron
 from sim.rotation import cross
 from sim.state import State
 
@@ -26,7 +27,7 @@ FIELD_ERROR, DELAY_S = 0.02, 0.1
 motion does not determine them.
 """
 STEPS = 3
-"""Steps to the matrix, and to the model's effects behind it: each squares the error of the preceding step."""
+"""Steps to the matrix: each squares the error of the preceding step."""
 
 
 def vector_problem(
@@ -36,38 +37,18 @@ def vector_problem(
     policy: Policy,
     track: FieldTrack | None = None,
 ) -> LinearProblem:
-    """The problem of the three axes, see `LinearProblem`, for a recording with attitude.
-
-    The model's effects beyond iron are subtracted, each behind the fitted iron: a free matrix on the whole prediction
-    would span a motor's field in the body frame and take a wrong gain for iron.
-    """
+    """The problem of the three axes, see `LinearProblem`, for a recording with attitude."""
     state = motion_of(recording, field_enu_nT, policy, track)
-    smooth = [effect for effect in effects if not effect.traits.converter]
-    iron_nT, predicted_nT = (
-        apply_deterministic(chain, state)[0] for chain in ([one for one in effects if one.traits.absorbed], effects)
-    )
-
-    def posed(beyond_nT: Array) -> LinearProblem:
-        problem = _about_iron(recording, state, iron_nT, policy, beyond_nT)
-        problem = replace(problem, effects=effects, predicted_nT=predicted_nT, track=track)
-        return replace(problem, turn=_turn(problem))
-
-    problem = posed(beyond_iron_nT(smooth, state))
-    for _ in range(STEPS if np.any(problem.beyond_nT) else 0):
-        problem = posed(beyond_iron_nT(insert_effects(smooth, fitted_iron(problem)), state))
-    return problem
+    return replace(_axes_problem(recording, state, effects, policy), track=track)
 
 
 def still_problem(recording: Recording, effects: tuple[Effect, ...], policy: Policy) -> LinearProblem:
     """The problem of three axes about a constant, see `LinearProblem`: iron and field are not separable at rest."""
-
-    def posed(seen: Recording) -> LinearProblem:
-        constant_nT = np.tile(np.median(seen.mag_nT, axis=0), (len(seen), 1))
-        state = state_of(seen, constant_nT[0], constant_nT, field_rate_nT_s=np.zeros_like(constant_nT))
-        problem = _about_iron(seen, state, None, policy)
-        return replace(problem, inputs=problem.inputs - {"rate", "position"}, still=True)
-
-    return pose_without_model_effects(posed, recording, effects)
+    seen = replace(recording, gyro_rad_s=None, pos_enu_m=None)
+    constant_nT = np.tile(np.median(recording.mag_nT, axis=0), (len(recording), 1))
+    state = state_of(seen, constant_nT[0], constant_nT, field_rate_nT_s=np.zeros_like(constant_nT))
+    problem = about_model_effects(partial(_about_base, seen, state, np.ones((len(seen), 1)), effects, policy))
+    return replace(problem, recording=recording, still=True)
 
 
 def relative_problem(
@@ -84,44 +65,54 @@ def relative_problem(
     own = {name: x for name, x in recording.channels.items() if name not in REFERENCE}
     seen = replace(bare, channels=own, gyro_rad_s=body_rate(recording))
     kept = tuple(effect for effect in without_iron(effects) if not IN_EARTH_FRAME & set(effect.needs))
-    state = _reference_state(seen, reference_nT, policy)
-    predicted_nT, _ = apply_deterministic(kept, state)
-    problem = _about_iron(seen, state, predicted_nT, policy)
-    return replace(problem, recording=bare, effects=kept, predicted_nT=predicted_nT, relative=True)
+    problem = _axes_problem(seen, _reference_state(seen, reference_nT, policy), kept, policy)
+    return replace(problem, recording=bare, relative=True)
 
 
-def _about_iron(
-    recording: Recording, state: State, iron_nT: Array | None, policy: Policy, beyond_nT: Array | float = 0.0
-) -> LinearProblem:
-    """The problem of the axes about a robust fit of a free matrix on a field (n, 3), and an offset.
+def _axes_problem(recording: Recording, state: State, effects: tuple[Effect, ...], policy: Policy) -> LinearProblem:
+    """The problem of the axes about a free matrix on the field behind the model's iron, and an offset.
 
-    At rest, without iron_nT, about the state's field. beyond_nT (n, 3): contributions that no iron changes.
+    The model's effects beyond iron are subtracted: a matrix on the whole prediction would span a motor's field in the
+    body frame and take a wrong gain for iron.
     """
-    base, clean, mag_nT = np.ones((len(recording), 1)), state.field_nT, recording.mag_nT - beyond_nT
-    if iron_nT is not None:
-        base = np.column_stack([iron_nT / np.linalg.norm(state.field_enu_nT), base])
-        clean = base @ robust_fit(base, mag_nT, policy)
-        fresh = ~held(recording.mag_nT, mag_nT - clean, policy)
-        if not fresh.all():
-            clean = base @ robust_fit(base[fresh], mag_nT[fresh], policy)
-    residual = mag_nT - clean
-    sigma = noise_of_neighbours(residual, recording.mag_nT, state.time_s, policy)
-    return LinearProblem(
+    iron = [effect for effect in effects if effect.traits.absorbed]
+    iron_nT, predicted_nT = (apply_deterministic(chain, state)[0] for chain in (iron, effects))
+    base = np.column_stack([iron_nT / np.linalg.norm(state.field_enu_nT), np.ones(len(recording))])
+    problem = about_model_effects(partial(_about_base, recording, state, base, effects, policy))
+    return replace(problem, predicted_nT=predicted_nT)
+
+
+def _about_base(
+    recording: Recording,
+    state: State,
+    base: Array,
+    effects: tuple[Effect, ...],
+    policy: Policy,
+    beyond_nT: Array | float,
+) -> LinearProblem:
+    """The problem of the axes about a robust fit of a base (n, p), less contributions (n, 3) beyond the iron."""
+    mag_nT = recording.mag_nT - beyond_nT
+    clean_nT = base @ robust_fit(base, mag_nT, policy)
+    fresh = ~held(recording.mag_nT, mag_nT - clean_nT, policy)
+    if not fresh.all():
+        clean_nT = base @ robust_fit(base[fresh], mag_nT[fresh], policy)
+    sigma = noise_of_neighbours(mag_nT - clean_nT, recording.mag_nT, state.time_s, policy)
+    problem = LinearProblem(
         recording=recording,
         state=state,
-        effects=(),
-        mode="vector",
+        effects=effects,
         base=base,
-        target=residual / sigma,
+        target=(mag_nT - clean_nT) / sigma,
         sigma_nT=sigma,
         usable=np.ones(len(recording)),
         turn=np.eye(3),
-        clean_nT=clean + beyond_nT,
-        predicted_nT=state.field_nT,
+        clean_nT=clean_nT + beyond_nT,
+        predicted_nT=clean_nT + beyond_nT,
         inputs=measured(recording),
         policy=policy,
         beyond_nT=beyond_nT,
     )
+    return problem if recording.att_q is None else replace(problem, turn=_turn(problem))
 
 
 def _turn(problem: LinearProblem, least_rad: float = 0.0) -> Array:
