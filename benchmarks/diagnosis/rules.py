@@ -88,15 +88,14 @@ NOTHING: Mapping[str, Mapping[str, Neutral]] = {
     "decision.coloured_choice": {
         "_stronger_in_window": answer([]),
         "CandidateTest.is_accepted_with_another": answer(value=False),
-        "CandidateTest._refusal_in_colour": answer(""),
-        "CandidateTest._refusal_along_the_field": answer(""),
-        "CandidateTest._refusal_by_wander": answer(""),
+        "CandidateTest._refusal_in_colour": answer(()),
+        "CandidateTest._refusal_along_the_field": answer(()),
+        "CandidateTest._refusal_by_wander": answer(()),
         "explains_along_field": answer(value=True),
         "attitude_suffices": answer(value=False),
         "wander_wins": answer(value=False),
         "is_channel_equivalent": answer(value=False),
     },
-    "decision.screening": {"gain_within": answer(0.0), "added_share": answer(1.0)},
     "evidence.rivals": {
         "lobe_of_the_heading": answer(()),
         "wave_of_the_field": answer(()),
@@ -106,8 +105,12 @@ NOTHING: Mapping[str, Mapping[str, Neutral]] = {
         "course_of_the_field": answer(()),
         "course_of_the_place": answer(()),
     },
-    "evidence.candidate_test": {"ColouredBaseline.surrogate_gains": answer(np.zeros(1))},
-    "decision.white_choice": {
+    "evidence.candidate_test": {
+        "ColouredBaseline.surrogate_gains": answer(np.zeros(1)),
+        "gain_within": answer(0.0),
+        "added_share": answer(1.0),
+    },
+    "decision.choice": {
         "_select_in_family": lambda rule, family, policy: max(family, key=lambda one: one.gain),
     },
     "evidence.held_out": {"_at_own_size": argument(1), "search_price": answer(0.0), "refine_listed": argument(1)},

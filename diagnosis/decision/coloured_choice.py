@@ -2,32 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import itertools
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from diagnosis.decision.screening import screen
-from diagnosis.decision.white_choice import (
-    AcceptedEffect,
-    RoundResult,
-    alternatives_to,
-    is_as_good,
-    is_channel_equivalent,
-    select_simplest,
-)
+from diagnosis.decision.choice import AcceptedEffect, accept_simplest, is_as_good
 from diagnosis.evidence.along_field import explains_along_field, gain_along_field, share_along_field
 from diagnosis.evidence.baseline import Baseline, IsClean, added_share
 from diagnosis.evidence.candidate_result import TOO_LITTLE, CandidateResult
-from diagnosis.evidence.candidate_test import CandidateFit, ColouredBaseline
+from diagnosis.evidence.candidate_test import CandidateFit, ColouredBaseline, screen
 from diagnosis.evidence.held_out import Evidence
 from diagnosis.evidence.rivals import (
     ATTITUDE_WANDER,
     SIZE_DIFFERS,
     attitude_suffices,
     wander_wins,
-    winning_rival,
+    winning_rivals,
     with_attitude_wander,
 )
+from diagnosis.library.drivers import may_drive
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
 from sim.effects import EFFECTS
@@ -46,6 +40,8 @@ REVISABLE_REFUSALS = (*ATTITUDE_REFUSALS, LOSS_ALONG_FIELD, SIZE_DIFFERS)
 """Refusals that the residual of a second effect may have caused."""
 FindNext = Callable[[Baseline, Evidence], AcceptedEffect | None]
 """(baseline with an effect fitted, evidence of the effect) -> the next accepted effect."""
+Round = tuple[AcceptedEffect | None, list[CandidateResult]]
+"""The chosen effect of a round, if any, and every candidate's result, with the reason for a refusal."""
 
 
 def choose_coloured(
@@ -56,7 +52,7 @@ def choose_coloured(
     windowed: Sequence[Evidence] = (),
     fuller: Sequence[Evidence] = (),
     find_next: FindNext | None = None,
-) -> RoundResult:
+) -> Round:
     """Choose the candidate that beats a coloured noise model.
 
     A single noise model for all candidates would absorb an effect, or take one for granted. start : the baseline
@@ -68,29 +64,18 @@ def choose_coloured(
     fits, screened = screen([*ranking, *fuller], beside, baseline, start)
     fits = [*_stronger_in_window(windowed, fits, beside, baseline), *fits]
     trials = _run_trials(CandidateTest(baseline, beside, start, is_clean, find_next), fits)
-    results = _results(trials, fits, screened, baseline.problem.policy)
-    if not trials or trials[-1].refusal:
-        return RoundResult.of(None, results)
-    chosen = _accepted_effect(trials[-1], fits[len(trials) :], beside)
-    if trials[-1].attitude_suffices:  # attitude errors are look-alikes
-        names = dict.fromkeys(evidence.name for evidence in (*ranking, *fuller))
-        chosen = chosen.listing(*(name for name in names if name in TURNS))
-    return RoundResult.of(chosen, results)
-
-
-def _results(
-    trials: list[CandidateTrial],
-    fits: Sequence[CandidateFit],
-    screened: Sequence[tuple[Evidence, float]],
-    policy: Policy,
-) -> list[CandidateResult]:
-    """Results of all candidates; those not tested have the inflation, and fits the need, of the last test."""
-    tests = [*trials, *trials[-1:] * (len(fits) - len(trials))]
-    inflation = trials[-1].inflation if trials else 1.0
-    return [
-        CandidateResult(fit.evidence, fit.gain / test.inflation, test.needed, test.refusal if test.fit is fit else "")
-        for fit, test in zip(fits, tests, strict=True)
-    ] + [CandidateResult(evidence, nats / inflation, policy.coloured_nats, "") for evidence, nats in screened]
+    chosen, inflation = None, trials[-1].inflation if trials else 1.0
+    results = [trial.result for trial in trials]
+    if trials and not trials[-1].refusal:
+        # candidates that were not tested have the inflation and the need of the accepted one
+        untested = [replace(trials[-1], fit=fit) for fit in fits[len(trials) :]]
+        results += [trial.result for trial in untested]
+        chosen = _accepted_effect(trials[-1], untested, beside)
+        if trials[-1].attitude_suffices:  # attitude errors are look-alikes
+            chosen = chosen.listing(*(evidence.name for evidence in (*ranking, *fuller) if evidence.name in TURNS))
+    needed = baseline.problem.policy.coloured_nats
+    results += [CandidateResult(evidence, nats / inflation, needed, "") for evidence, nats in screened]
+    return chosen, results
 
 
 def _stronger_in_window(
@@ -113,9 +98,8 @@ def beyond_chance(
     """
     surrogates = beside.surrogate_gains(fit, problem)
     inflation = max(1.0, 2 * float(surrogates.mean()) / fit.columns.shape[2])
-    if fit.gain / inflation <= needed:
-        return inflation, TOO_LITTLE
-    return inflation, "" if fit.gain > surrogates.max() else NO_BETTER_THAN_SURROGATES
+    by_chance = "" if fit.gain > surrogates.max() else NO_BETTER_THAN_SURROGATES
+    return inflation, by_chance if fit.gain / inflation > needed else TOO_LITTLE
 
 
 @dataclass(frozen=True)
@@ -131,6 +115,16 @@ class CandidateTrial:
     needed: float
     refusal: str
     attitude_suffices: bool = False
+
+    @property
+    def evidence(self) -> Evidence:
+        """Evidence by the candidate's own noise model."""
+        return replace(self.fit.evidence, gain=self.fit.gain, V=self.inflation)
+
+    @property
+    def result(self) -> CandidateResult:
+        """The candidate's result, without the outcome that the choice decides."""
+        return CandidateResult(self.fit.evidence, self.evidence.nats, self.needed, self.refusal)
 
 
 @dataclass(frozen=True)
@@ -149,19 +143,19 @@ class CandidateTest:
         return with_attitude_wander(self.coloured_baseline, self.baseline.problem)
 
     def of(self, fit: CandidateFit) -> CandidateTrial:
-        """Test one candidate."""
+        """Test one candidate: the first reason of any explanation without a name refuses it."""
         problem, policy, candidate = self.baseline.problem, self.baseline.problem.policy, fit.evidence.candidate
         after = self.baseline.with_columns(candidate.columns(problem))
         coloured = not self.is_clean(after, fit.evidence.name)
         needed = policy.coloured_nats if coloured else policy.accepted(len(EFFECTS))
-        inflation, refusal = beyond_chance(fit, self.coloured_baseline, problem, needed)
-        refusal = (
-            refusal
-            or self._refusal_in_colour(fit.evidence, after, coloured)
-            or self._refusal_along_the_field(fit, after, coloured)
-            or winning_rival(fit, self.baseline, self.coloured_baseline, coloured=coloured)
-            or self._refusal_by_wander(fit, after, coloured)
+        inflation, by_chance = beyond_chance(fit, self.coloured_baseline, problem, needed)
+        reasons = itertools.chain(
+            self._refusal_in_colour(fit.evidence, after) if coloured else (),
+            self._refusal_along_the_field(fit, after, coloured),
+            winning_rivals(fit, self.baseline, self.coloured_baseline, coloured=coloured),
+            self._refusal_by_wander(fit, after) if coloured else (),
         )
+        refusal = by_chance or next(reasons, "")
         # a field that does nothing along the field may be a smooth attitude error
         may_be_attitude = candidate.effect.traits.field_source and not (refusal or coloured)
         across = may_be_attitude and not explains_along_field(self.baseline, after, candidate.tried)
@@ -174,10 +168,9 @@ class CandidateTest:
         Of two effects the larger may be refused for the residual of the smaller: alone neither is accepted, together
         both are. Two effects on the field may both be pieces of an attitude error and do not support each other.
         """
-        problem, first = self.baseline.problem, fit.evidence.candidate
-        if self.find_next is None:
-            return False
-        second = self.find_next(self.baseline.with_columns(first.columns(problem)), fit.evidence)
+        problem, first, second = self.baseline.problem, fit.evidence.candidate, None
+        if self.find_next is not None:
+            second = self.find_next(self.baseline.with_columns(first.columns(problem)), fit.evidence)
         if second is None or second.name == first.name:
             return False
         stages = {first.effect.stage, second.evidence.candidate.effect.stage}
@@ -188,38 +181,34 @@ class CandidateTest:
         test = CandidateTest(baseline, beside, self.start, self.is_clean)
         return not test.of(beside.fit_candidate(fit.evidence, fit.columns)).refusal
 
-    def _refusal_in_colour(self, evidence: Evidence, after: Baseline, coloured: bool) -> str:
-        """Refuse a candidate of low survival, which imitates attitude errors, and a small share of the gap."""
+    def _refusal_in_colour(self, evidence: Evidence, after: Baseline) -> Iterator[str]:
+        """Low survival, by which a candidate imitates attitude errors, and a small share of the gap."""
         problem = self.baseline.problem
-        if not coloured:
-            return ""
         turns = problem.turns and not {"attitude", "rate"}.isdisjoint(evidence.candidate.effect.needs)
         if turns and evidence.survival < problem.policy.hardly_any:
-            return NOT_SHOWN_BY_MOTION
-        added = added_share(self.start, self.baseline, after.squares)
-        return SMALL_SHARE_ADDED if added < problem.policy.trace else ""
+            yield NOT_SHOWN_BY_MOTION
+        if added_share(self.start, self.baseline, after.squares) < problem.policy.trace:
+            yield SMALL_SHARE_ADDED
 
-    def _refusal_along_the_field(self, fit: CandidateFit, after: Baseline, coloured: bool) -> str:
-        """Refuse an error of the attitude: no gain along the field in a coloured residual, or a loss there in any."""
+    def _refusal_along_the_field(self, fit: CandidateFit, after: Baseline, coloured: bool) -> Iterator[str]:
+        """An error of the attitude: no gain along the field in a coloured residual, or a loss there in any."""
         problem, candidate = self.baseline.problem, fit.evidence.candidate
         source = candidate.effect.traits.field_source
-        if not problem.compares_across or not (coloured or source):
-            return ""
-        may_be_attitude = source or problem.level is not None  # errors of roll and pitch may explain all of the dip
-        if coloured and may_be_attitude and not explains_along_field(self.baseline, after, candidate.tried):
-            return NO_GAIN_ALONG_FIELD
-        return LOSS_ALONG_FIELD if gain_along_field(self.baseline, after) < -problem.policy.apart else ""
+        if problem.compares_across and (coloured or source):
+            may_be_attitude = source or problem.level is not None  # errors of roll and pitch may explain all of the dip
+            if coloured and may_be_attitude and not explains_along_field(self.baseline, after, candidate.tried):
+                yield NO_GAIN_ALONG_FIELD
+            if gain_along_field(self.baseline, after) < -problem.policy.apart:
+                yield LOSS_ALONG_FIELD
 
-    def _refusal_by_wander(self, fit: CandidateFit, after: Baseline, coloured: bool) -> str:
-        """Refuse a part of an attitude error; a source explaining enough along the field, where a wander has no part,
-        is exempt.
-        """
-        needed = after.problem.policy.coloured_nats
+    def _refusal_by_wander(self, fit: CandidateFit, after: Baseline) -> Iterator[str]:
+        """A part of an attitude error; a source explaining enough along the field, where no wander is, is exempt."""
+        policy, needed = after.problem.policy, after.problem.policy.coloured_nats
         source = fit.evidence.candidate.effect.traits.field_source and after.problem.compares_across
-        enough = source and share_along_field(self.baseline, after) > after.problem.policy.along_share
-        if enough and gain_along_field(self.baseline, after) > needed:
-            return ""
-        return ATTITUDE_WANDER if coloured and wander_wins(fit, self.wander, needed) else ""
+        enough = source and share_along_field(self.baseline, after) > policy.along_share
+        exempt = enough and gain_along_field(self.baseline, after) > needed
+        if not exempt and wander_wins(fit, self.wander, needed):
+            yield ATTITUDE_WANDER
 
 
 def _run_trials(test: CandidateTest, tried: Sequence[CandidateFit]) -> list[CandidateTrial]:
@@ -230,9 +219,8 @@ def _run_trials(test: CandidateTest, tried: Sequence[CandidateFit]) -> list[Cand
     trials: list[CandidateTrial] = []
     for fit in tried:
         trial = test.of(fit)
-        first = fit is tried[0] or (
-            trial.refusal == ATTITUDE_WANDER and all(previous.refusal != ATTITUDE_WANDER for previous in trials)
-        )
+        before = {previous.refusal for previous in trials}
+        first = not before or (trial.refusal == ATTITUDE_WANDER and ATTITUDE_WANDER not in before)
         if first and trial.refusal in REVISABLE_REFUSALS and test.is_accepted_with_another(fit, trial.refusal):
             trial = replace(trial, refusal="")
         trials.append(trial)
@@ -242,24 +230,28 @@ def _run_trials(test: CandidateTest, tried: Sequence[CandidateFit]) -> list[Cand
 
 
 def _accepted_effect(
-    trial: CandidateTrial, untested: Sequence[CandidateFit], beside: ColouredBaseline
+    trial: CandidateTrial, untested: Sequence[CandidateTrial], beside: ColouredBaseline
 ) -> AcceptedEffect:
     """The accepted candidate, or the simplest of those as good, with the look-alikes; all useless beside the best."""
-    policy, fit = beside.rows.policy, trial.fit
-    best = replace(fit.evidence, gain=fit.gain, V=trial.inflation)
+    policy, best, alike = beside.rows.policy, trial.evidence, list[Evidence]()
+    as_good = [best]
     if trial.coloured:
         form, simpler, near = policy.same_family_coloured, policy.same_family, policy.same_coloured
     else:
         form, near = policy.same_family, 0.0
         simpler = policy.same_family if trial.attitude_suffices else policy.same_constant
-    as_good, alike = [best], list[Evidence]()
     for other in untested:
-        evidence = replace(other.evidence, gain=other.gain, V=trial.inflation)
-        good, close = is_as_good(evidence, best, policy, form, simpler), fit.gain - other.gain < near * fit.gain
-        useless = (good or close) and beside.remaining_share(other, fit) < policy.half
+        evidence = other.evidence
+        good, close = is_as_good(evidence, best, policy, form, simpler), best.gain - evidence.gain < near * best.gain
+        useless = (good or close) and beside.remaining_share(other.fit, trial.fit) < policy.half
         if (good and useless) or is_channel_equivalent(evidence, best, policy):
             as_good.append(evidence)
         elif useless:
             alike.append(evidence)
-    chosen = select_simplest(as_good, policy)
-    return AcceptedEffect(chosen, alternatives_to(chosen, [*as_good, *alike], policy), trial.needed)
+    return accept_simplest(as_good, alike, trial.needed, policy)
+
+
+def is_channel_equivalent(candidate: Evidence, best: Evidence, policy: Policy) -> bool:
+    """Whether the best drifts slowly in time and a candidate driven by a channel adds nearly as much in its place."""
+    is_driven = may_drive(candidate.candidate.effect, best.candidate.effect)
+    return is_driven and candidate.strength > policy.nearly_all * best.strength

@@ -8,9 +8,9 @@ from functools import cached_property
 
 import numpy as np
 
+from diagnosis.decision.choice import AcceptedEffect
 from diagnosis.decision.iron import iron_changes
 from diagnosis.decision.selection import Selection
-from diagnosis.decision.white_choice import AcceptedEffect
 from diagnosis.evidence.along_field import states_slow_noise
 from diagnosis.evidence.candidate_test import ColouredBaseline
 from diagnosis.evidence.noise_model import NoiseModel

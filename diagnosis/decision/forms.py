@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize
 
+from diagnosis.decision.choice import AcceptedEffect
 from diagnosis.decision.monotone_courses import monotone_channels
-from diagnosis.decision.white_choice import AcceptedEffect
 from diagnosis.evidence.baseline import Baseline, IsClean, nats_on_all
 from diagnosis.evidence.held_out import Evidence, judge_settings, misfit, refine_listed
 from diagnosis.evidence.residual_tests import ResidualTests

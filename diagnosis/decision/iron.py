@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from diagnosis.decision.choice import AcceptedEffect, accept_best
 from diagnosis.decision.selection import Selection
-from diagnosis.decision.white_choice import AcceptedEffect, accept_best
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.candidate_test import ColouredBaseline
 from diagnosis.evidence.held_out import Evidence, rank_candidates

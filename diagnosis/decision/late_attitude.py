@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize_scalar
 
+from diagnosis.decision.choice import AcceptedEffect
 from diagnosis.decision.selection import Selection
-from diagnosis.decision.white_choice import AcceptedEffect
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.reference_checks import gap_beside_iron_nT
 from diagnosis.problem.blocks import fit

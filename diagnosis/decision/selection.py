@@ -6,19 +6,19 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
+from diagnosis.decision.choice import AcceptedEffect, accept_best, in_same_family, is_form_by_size
 from diagnosis.decision.coloured_choice import choose_coloured
 from diagnosis.decision.forms import complete_forms, first_form_evidence, split_by_motor
-from diagnosis.decision.white_choice import AcceptedEffect, RoundResult, choose_white, in_same_family, is_form_by_size
 from diagnosis.evidence.along_field import within_stated_errors
 from diagnosis.evidence.baseline import Baseline
-from diagnosis.evidence.candidate_result import CandidateResult
+from diagnosis.evidence.candidate_result import CandidateResult, with_outcomes
 from diagnosis.evidence.field_pulsations import find_pulsations
 from diagnosis.evidence.held_out import Evidence, judge_candidate, rank_candidates
 from diagnosis.evidence.residual_tests import ResidualTests, run_residual_tests
 from diagnosis.evidence.windowed_candidates import rank_windowed
 from diagnosis.library.candidates import Candidate, propose_candidates
 from diagnosis.problem.linear import LinearProblem
-from sim.effects import BY_NAME
+from sim.effects import BY_NAME, EFFECTS
 from sim.state import MOTION
 
 Progress = Callable[[str], object]
@@ -67,8 +67,8 @@ def select(
         if selection.accepted and selection.after.clean:
             break
         say(f"candidates, round {number + 1}")
-        found = _choose(selection, candidates)
-        chosen, selection = found.chosen, replace(selection, results=selection.results or found.results)
+        chosen, results = _choose(selection, candidates)
+        selection = replace(selection, results=selection.results or results)
         if chosen is None:
             break
         if _is_form_of_accepted(chosen, selection) or _grows_with_time(chosen, selection):
@@ -90,7 +90,7 @@ def choose_windows_again(selection: Selection) -> Selection:
     for i in switched:
         others = replace(selection, accepted=(*out[:i], *out[i + 1 :]))
         beside = start.with_all(other.columns(start.problem) for other in others.accepted)
-        out[i] = _choose(others.beside(beside, others.names), candidates, alone=True).chosen or out[i]
+        out[i] = _choose(others.beside(beside, others.names), candidates, alone=True)[0] or out[i]
     return _completed(replace(selection, accepted=tuple(out)))
 
 
@@ -101,26 +101,33 @@ def _completed(selection: Selection) -> Selection:
     return replace(selection, accepted=tuple(accepted), end=end, after=after)
 
 
-def _choose(selection: Selection, candidates: dict[str, list[Candidate]], *, alone: bool = False) -> RoundResult:
-    """Choose the next effect: by white noise where the residual is clean, else with a coloured noise model.
+def _choose(
+    selection: Selection, candidates: dict[str, list[Candidate]], *, alone: bool = False
+) -> tuple[AcceptedEffect | None, tuple[CandidateResult, ...]]:
+    """Choose the next effect, if any: by white noise where the residual is clean, else with a coloured noise model.
 
-    alone : do not look for a second effect that would justify a refused candidate.
+    alone : do not look for a second effect that would justify a refused candidate. Returned with every candidate's
+    result, the strongest first.
     """
     baseline, names = selection.end, selection.names
     ranking = rank_candidates(baseline, candidates)
-    if selection.after.clean:
-        return choose_white(ranking, baseline.problem.policy)
 
     def is_clean(after: Baseline, name: str) -> bool:
         return residual_tests(after, [*names, name]).clean
 
     def find_next(with_effect: Baseline, evidence: Evidence) -> AcceptedEffect | None:
         beside = selection.beside(with_effect, [*names, evidence.name])
-        return None if beside.after.clean else _choose(beside, candidates, alone=True).chosen
+        return None if beside.after.clean else _choose(beside, candidates, alone=True)[0]
 
-    switched = rank_windowed(baseline, ranking, candidates)
-    full = (*first_form_evidence(baseline, candidates, is_clean), *find_pulsations(baseline, candidates))
-    return choose_coloured(baseline, ranking, selection.start, is_clean, switched, full, None if alone else find_next)
+    if selection.after.clean:
+        chosen, policy = accept_best(ranking, baseline.problem.policy), baseline.problem.policy
+        results = [CandidateResult(one, one.nats, policy.accepted(len(EFFECTS)), "") for one in ranking]
+    else:
+        switched = rank_windowed(baseline, ranking, candidates)
+        full = (*first_form_evidence(baseline, candidates, is_clean), *find_pulsations(baseline, candidates))
+        further = None if alone else find_next
+        chosen, results = choose_coloured(baseline, ranking, selection.start, is_clean, switched, full, further)
+    return chosen, with_outcomes(results, *((chosen.name, chosen.alternatives) if chosen else (None, ())))
 
 
 def residual_tests(baseline: Baseline, names: Sequence[str]) -> ResidualTests:
@@ -166,17 +173,15 @@ def _is_form_of_accepted(chosen: AcceptedEffect, selection: Selection) -> bool:
 
     A candidate whose size shrinks once the first effect is accepted had resembled the first effect.
     """
-    accepted, policy = selection.accepted, selection.end.problem.policy
-    if not accepted:
-        return False
-    if any(in_same_family(effect.evidence, chosen.evidence) for effect in accepted):
-        return True
+    accepted, candidate = selection.accepted, chosen.evidence.candidate
     same = [effect.evidence.candidate for effect in accepted if effect.name == chosen.name]
-    if any(_differs_by_setting(chosen.evidence.candidate, candidate) for candidate in same):
-        return True
     alone = max((one.evidence.strength for one in selection.results if one.name == chosen.name), default=0.0)
-    first = accepted[0].evidence.strength
-    return is_form_by_size(chosen.evidence.strength, alone, first, policy, same=bool(same))
+    sizes = (chosen.evidence.strength, alone, accepted[0].evidence.strength if accepted else 0.0)
+    return (
+        any(in_same_family(effect.evidence, chosen.evidence) for effect in accepted)
+        or any(_differs_by_setting(candidate, other) for other in same)
+        or is_form_by_size(*sizes, selection.end.problem.policy, same=bool(same))
+    )
 
 
 def _refit_settings(

@@ -14,10 +14,7 @@ WITHDRAWN, SMALL_SHARE = "withdrawn: ", "the named effects together explain too 
 
 @dataclass(frozen=True)
 class CandidateResult:
-    """A candidate with its evidence and the evidence needed in nats, under the noise model of the round.
-
-    outcome : the result in words.
-    """
+    """A candidate with its evidence and the nats needed, under the noise model of the round; the outcome in words."""
 
     evidence: Evidence
     nats: float
@@ -29,35 +26,33 @@ class CandidateResult:
         """Name of the effect."""
         return self.evidence.name
 
+    def with_outcome(self, named: str | None, alternatives: Sequence[str]) -> CandidateResult:
+        """The result with the outcome that follows from the choice of `named`."""
+        rules = (
+            (NAMED, self.name == named),
+            (f"{INDISTINGUISHABLE} {named}", self.name in alternatives),
+            (self.outcome, bool(self.outcome)),
+            (TOO_LITTLE, self.nats <= self.needed),
+            (f"{HARDLY_MORE} {named}", named in self.evidence.candidate.effect.traits.contains),
+            (BEHIND, True),
+        )
+        return replace(self, outcome=next(outcome for outcome, holds in rules if holds))
+
 
 def with_outcomes(
     results: Sequence[CandidateResult], named: str | None, alternatives: Sequence[str]
 ) -> tuple[CandidateResult, ...]:
     """Candidates, strongest first, each with the outcome that follows from the choice of `named`."""
-
-    def outcome(result: CandidateResult) -> str:
-        if result.name == named:
-            return NAMED
-        if result.name in alternatives:
-            return f"{INDISTINGUISHABLE} {named}"
-        if result.outcome or result.nats <= result.needed:
-            return result.outcome or TOO_LITTLE
-        return f"{HARDLY_MORE} {named}" if named in result.evidence.candidate.effect.traits.contains else BEHIND
-
-    return tuple(
-        sorted(
-            (replace(result, outcome=outcome(result)) for result in results),
-            key=lambda result: -on_six_digits(result.nats),
-        )
-    )
+    told = (result.with_outcome(named, alternatives) for result in results)
+    return tuple(sorted(told, key=lambda result: -on_six_digits(result.nats)))
 
 
 def withdraw_names(results: Sequence[CandidateResult], doubts: Sequence[str]) -> tuple[CandidateResult, ...]:
     """Candidates with the outcome of every name withdrawn, for doubts or because the names explain too little."""
     why = WITHDRAWN + ("; ".join(doubts) or SMALL_SHARE)
-    names = {result.name for result in results if result.outcome == NAMED}
-    alike = {f"{INDISTINGUISHABLE} {name}" for name in names}
+    named = {result.name for result in results if result.outcome == NAMED}
+    alike = {f"{INDISTINGUISHABLE} {name}" for name in named}
     return tuple(
-        replace(result, outcome=why) if result.name in names or result.outcome in alike else result
+        replace(result, outcome=why) if result.name in named or result.outcome in alike else result
         for result in results
     )

@@ -7,12 +7,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from diagnosis.evidence.baseline import Baseline, added_share
 from diagnosis.evidence.binned_rows import BinnedRows
-from diagnosis.evidence.held_out import Evidence, search_price
+from diagnosis.evidence.held_out import Evidence, on_six_digits, search_price
 from diagnosis.evidence.hypothesis import Hypothesis, in_sample_gains, information_matrices, white_noise_model
 from diagnosis.evidence.noise_model import NoiseModel
-from diagnosis.evidence.projections import explained_nats
+from diagnosis.evidence.projections import explained_nats, held_out_squares, project_out, project_out_first
 from diagnosis.library.candidates import Candidate
+from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
 from scenarios.arrays import Array
 
@@ -149,3 +151,68 @@ def find_look_alikes(
     return [
         other for other in near if coloured_baseline.remaining_share(other, best) < coloured_baseline.rows.policy.half
     ]
+
+
+def gain_within(baseline: Baseline, rows: BinnedRows, columns: Array) -> float:
+    """Nats that columns (N, q, k) gain in samples less their row means, on held-out folds, beside the accepted columns.
+
+    Fast tones are lost in the means. 0 where the rows keep most of the columns' power. Slow noise is constant within a
+    row and cancels, leaving white noise of variance one. Means and deviations are independent: their nats add up.
+    """
+    problem, power = baseline.problem, float((columns**2).sum())
+    all_kept = len(rows.starts) == len(problem.target) or power == 0
+    if all_kept or float((rows.bin(columns) ** 2).sum()) > problem.policy.half * power:
+        return 0.0
+    lengths = np.diff(rows.starts, append=len(problem.target))
+
+    def about_means(values: Array) -> Array:
+        means = np.add.reduceat(values, rows.starts, axis=0) / np.maximum(rows.count, 1.0)[:, None, None]
+        return np.asarray((values - np.repeat(means, lengths, axis=0)) * problem.usable[:, None, None])
+
+    each_base = problem.base if rows.common else np.repeat(problem.base[:, None], problem.target.shape[1], axis=1)
+    others = np.concatenate([*baseline.accepted_columns, columns, problem.target[:, :, None]], axis=2)
+    known = others.shape[2] - columns.shape[2] - 1
+    left = project_out(about_means(each_base), about_means(others), common=rows.common)[0]
+    fold = np.repeat(rows.fold, lengths)
+    squares, total = held_out_squares(project_out_first(left, known), fold, problem.policy.folds)
+    return float(total[-1, -1] - squares) / 2
+
+
+def screen(
+    candidates: Sequence[Evidence], beside: ColouredBaseline, baseline: Baseline, start: Baseline
+) -> tuple[list[CandidateFit], list[tuple[Evidence, float]]]:
+    """Fit the best candidates, each with a noise model of its own, the strongest first.
+
+    The order is that of the nats by the noise model of all, with candidates of a negligible share of the gap last:
+    refitted iron follows slow noise, and gains much. Returned with the other candidates and their nats.
+    """
+    policy, names = baseline.problem.policy, [evidence.name for evidence in candidates]
+    columns, within = list[Array](), list[float]()
+    for evidence in candidates:  # whole columns are large: one candidate at a time
+        whole = evidence.candidate.columns(baseline.problem)
+        columns.append(beside.rows.bin(whole))
+        within.append(gain_within(baseline, beside.rows, whole))
+    nats = beside.screening_gains(columns) + within
+    negligible = [added_share(start, baseline, evidence.squares) < policy.trace for evidence in candidates]
+    order = sorted(
+        best_of_each_name(names, nats, policy), key=lambda i: (negligible[i], -on_six_digits(float(nats[i])))
+    )
+    tried = {names[i] for i in order[: policy.tried_coloured]}
+    settings = (each for each in zip(candidates, columns, within, strict=True) if each[0].name in tried)
+    fits = [beside.fit_candidate(*each) for each in settings]
+    best = best_of_each_name([fit.evidence.name for fit in fits], np.array([fit.gain for fit in fits]), policy)
+    screened = [(candidates[i], float(nats[i])) for i in order[policy.tried_coloured :]]
+    return sorted((fits[i] for i in best), key=lambda fit: -on_six_digits(fit.gain)), screened
+
+
+def best_of_each_name(names: Sequence[str], nats: Array, policy: Policy) -> list[int]:
+    """The best index for each name; a later one wins only where it gains more than a form error.
+
+    Forms are fitted once the effect is accepted.
+    """
+    best: dict[str, int] = {}
+    for i, name in enumerate(names):
+        before = best.setdefault(name, i)
+        if nats[i] > nats[before] + max(policy.apart, policy.same_coloured * nats[before]):
+            best[name] = i
+    return list(best.values())

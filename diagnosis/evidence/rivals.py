@@ -13,10 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 from diagnosis.evidence.baseline import Baseline
-from diagnosis.evidence.candidate_test import CandidateFit, ColouredBaseline
+from diagnosis.evidence.candidate_test import CandidateFit, ColouredBaseline, gain_within
 from diagnosis.evidence.hypothesis import in_sample_gains
 from diagnosis.evidence.localise import TIME, courses_on_within, lagged_terms
-from diagnosis.evidence.within_row import gain_within
 from diagnosis.library.candidates import Candidate, attitude_turns
 from diagnosis.library.drivers import AT_ONCE, Driver, find_drivers, in_axes
 from diagnosis.policy import Policy
@@ -42,44 +41,36 @@ class Rival(NamedTuple):
     equal: bool = False
     own_ways: bool = False
 
+    def leads(self, gain: float, own: float, policy: Policy) -> bool:
+        """Whether the rival's nats lead a candidate's own, or tie with them where the rival is simpler."""
+        return gain >= own + (-policy.apart if self.equal else max(policy.apart, policy.same_coloured * gain))
 
-def winning_rival(fit: CandidateFit, baseline: Baseline, beside: ColouredBaseline, *, coloured: bool) -> str:
-    """The words of the best rival that explains more than a fitted candidate and leaves it no use; empty without any.
+
+def winning_rivals(fit: CandidateFit, baseline: Baseline, beside: ColouredBaseline, *, coloured: bool) -> Iterator[str]:
+    """The words of the rivals that explain more than a fitted candidate and leave it no use, the best first.
 
     baseline, beside : without the candidate. coloured : whether the candidate leaves a coloured residual; only then are
     smooth courses tried.
     """
-    policy, tables = beside.rows.policy, (*RIVALS, *(SLOW_RIVALS if coloured else ()))
+    tables = (*RIVALS, *(SLOW_RIVALS if coloured else ()))
     tried = [rival for rivals in tables for rival in rivals(baseline, fit.evidence.candidate)]
     groups = [*(beside.rows.bin(rival.columns) for rival in tried), fit.columns]
     *gains, own = in_sample_gains(beside.rows, beside.accepted_columns, groups, fit.hypothesis.noise_model)
     # in sample, a first look at a tenth of the price
-    likely = [rival for rival, gain in zip(tried, gains, strict=True) if gain > own + _lead(rival, gain, policy)]
-    fitted = [(rival, _fitted(rival.columns, fit, baseline, beside)) for rival in likely]
-    won = [(other.gain, rival.words) for rival, other in fitted if _wins(rival, other, fit, beside)]
-    return max(won, default=(0.0, ""))[1]
-
-
-def _wins(rival: Rival, other: CandidateFit, fit: CandidateFit, beside: ColouredBaseline) -> bool:
-    """Whether a fitted rival leads a candidate and leaves the candidate no use."""
-    policy = beside.rows.policy
-    if other.gain < fit.gain + _lead(rival, other.gain, policy):
-        return False
-    if rival.own_ways and _of_one_course(other) > policy.one_cause:
-        return False
-    return beside.remaining_share(fit, other) < policy.half
-
-
-def _lead(rival: Rival, gain: float, policy: Policy) -> float:
-    """Nats by which a rival that gains so many must lead."""
-    return -policy.apart if rival.equal else max(policy.apart, policy.same_coloured * gain)
+    policy, won = beside.rows.policy, list[tuple[float, str]]()
+    for rival in (rival for rival, gain in zip(tried, gains, strict=True) if rival.leads(gain, own, policy)):
+        other = _fitted(rival.columns, fit, baseline, beside)
+        one_cause = rival.own_ways and _of_one_course(other) > policy.one_cause
+        leads = not one_cause and rival.leads(other.gain, fit.gain, policy)
+        if leads and beside.remaining_share(fit, other) < policy.half:
+            won.append((other.gain, rival.words))
+    yield from (words for _, words in sorted(won, reverse=True))
 
 
 def _fitted(columns: Array, fit: CandidateFit, baseline: Baseline, beside: ColouredBaseline) -> CandidateFit:
     """Columns (N, q, k) fitted in place of a candidate, without the price of its search."""
     free = replace(fit.evidence, candidate=replace(fit.evidence.candidate, tried=1))
-    within = gain_within(baseline.problem, beside.rows, baseline.accepted_columns, columns)
-    return beside.fit_candidate(free, beside.rows.bin(columns), within)
+    return beside.fit_candidate(free, beside.rows.bin(columns), gain_within(baseline, beside.rows, columns))
 
 
 def _of_one_course(course: CandidateFit) -> float:

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from diagnosis.decision.choice import AcceptedEffect
 from diagnosis.decision.conclusion import Conclusion
 from diagnosis.decision.monotone_courses import with_rival_channels
-from diagnosis.decision.white_choice import AcceptedEffect
 from diagnosis.evidence.direct import DirectFinding
 from diagnosis.evidence.residual_tests import missing_white_noise
 from diagnosis.problem.blocks import fit, inflation

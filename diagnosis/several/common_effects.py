@@ -8,9 +8,9 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from diagnosis.decision.choice import AcceptedEffect
 from diagnosis.decision.monotone_courses import with_rival_channels
 from diagnosis.decision.sentence import main_parameter
-from diagnosis.decision.white_choice import AcceptedEffect
 from diagnosis.evidence.held_out import Evidence
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import Policy

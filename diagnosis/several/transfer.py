@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from diagnosis.decision.white_choice import in_same_family
+from diagnosis.decision.choice import in_same_family
 from diagnosis.library.candidates import Candidate
 from diagnosis.result import Transfer
 from diagnosis.several.coefficients import (

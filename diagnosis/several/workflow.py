@@ -9,10 +9,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib.numerics.threads import one_thread
+from diagnosis.decision.choice import AcceptedEffect
 from diagnosis.decision.conclusion import Conclusion, conclude
 from diagnosis.decision.selection import residual_tests
 from diagnosis.decision.verdict_rules import VerdictInput, doubts_of, verdict_of
-from diagnosis.decision.white_choice import AcceptedEffect
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.held_out import judge_settings
 from diagnosis.evidence.localise import localise

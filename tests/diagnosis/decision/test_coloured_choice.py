@@ -15,11 +15,10 @@ from diagnosis.decision.coloured_choice import (
     CandidateTest,
     CandidateTrial,
 )
-from diagnosis.decision.screening import best_of_each_name, screen
 from diagnosis.decision.selection import select
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.candidate_result import TOO_LITTLE
-from diagnosis.evidence.candidate_test import CandidateFit, ColouredBaseline
+from diagnosis.evidence.candidate_test import CandidateFit, ColouredBaseline, best_of_each_name, screen
 from diagnosis.evidence.held_out import rank_candidates
 from diagnosis.library.candidates import propose_candidates
 from diagnosis.policy import STANDARD

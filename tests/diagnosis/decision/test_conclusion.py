@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from diagnosis.decision import conclusion
+from diagnosis.decision.choice import AcceptedEffect, accept_best
 from diagnosis.decision.conclusion import beyond_wander, conclude, is_form_error, slow_noise
 from diagnosis.decision.iron import absorbed_effects, iron_changes
 from diagnosis.decision.selection import (
@@ -18,7 +19,6 @@ from diagnosis.decision.selection import (
     _with_form_owner,
     select,
 )
-from diagnosis.decision.white_choice import AcceptedEffect, accept_best
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.candidate_result import NAMED, CandidateResult
 from diagnosis.evidence.held_out import Evidence

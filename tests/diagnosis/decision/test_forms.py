@@ -8,9 +8,9 @@ from functools import partial
 import numpy as np
 import pytest
 
+from diagnosis.decision.choice import AcceptedEffect
 from diagnosis.decision.forms import _refined_settings, complete_forms
 from diagnosis.decision.selection import Selection, residual_tests, select
-from diagnosis.decision.white_choice import AcceptedEffect
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.held_out import judge_settings
 from diagnosis.library.candidates import Candidate, propose_candidates

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from diagnosis.decision.choice import accept_best
 from diagnosis.decision.conclusion import conclude
 from diagnosis.decision.iron import _is_conventional, iron_changes
 from diagnosis.decision.selection import select
-from diagnosis.decision.white_choice import accept_best, choose_white
 from diagnosis.evidence.baseline import Baseline
-from diagnosis.evidence.candidate_result import HARDLY_MORE
+from diagnosis.evidence.candidate_result import HARDLY_MORE, CandidateResult, with_outcomes
 from diagnosis.evidence.held_out import Evidence, rank_candidates
 from diagnosis.library.candidates import Candidate, propose_candidates
 from diagnosis.policy import STANDARD
@@ -183,7 +183,10 @@ def test_a_gradient_is_listed_beside_its_constant_where_it_gains_more_than_by_ch
     chosen = accept_best(several, STANDARD)
     assert chosen is not None
     assert (chosen.name, chosen.alternatives) == ("regional_field", listed)
-    named = {one.name: one.outcome for one in choose_white(several, STANDARD).results}["field_gradient"]
+    results = [CandidateResult(evidence, evidence.nats, 8.0, "") for evidence in several]
+    named = {one.name: one.outcome for one in with_outcomes(results, chosen.name, chosen.alternatives)}[
+        "field_gradient"
+    ]
     assert (HARDLY_MORE in named) is (not listed)
 
 

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from diagnosis.decision.choice import AcceptedEffect
 from diagnosis.decision.forms import split_by_motor
-from diagnosis.decision.white_choice import AcceptedEffect
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.held_out import judge_candidate
 from diagnosis.library.candidates import propose_candidates

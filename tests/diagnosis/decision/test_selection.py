@@ -11,6 +11,7 @@ import pytest
 from scipy.interpolate import CubicSpline
 from scipy.signal import butter, sosfilt, sosfilt_zi
 
+from diagnosis.decision.choice import AcceptedEffect, _select_in_family, accept_best
 from diagnosis.decision.selection import (
     Selection,
     _is_form_of_accepted,
@@ -19,7 +20,6 @@ from diagnosis.decision.selection import (
     residual_tests,
     select,
 )
-from diagnosis.decision.white_choice import AcceptedEffect, _select_in_family, accept_best
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.held_out import Evidence, judge_settings
 from diagnosis.evidence.residual_tests import ResidualTests

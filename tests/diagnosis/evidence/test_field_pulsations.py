@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from diagnosis.decision.choice import AcceptedEffect
 from diagnosis.decision.selection import _refit_settings, select
-from diagnosis.decision.white_choice import AcceptedEffect
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.field_pulsations import find_pulsations
 from diagnosis.evidence.held_out import judge_candidate

@@ -14,7 +14,7 @@ from diagnosis.decision.selection import select
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.candidate_test import CandidateFit, ColouredBaseline
 from diagnosis.evidence.held_out import judge_candidate, judge_settings
-from diagnosis.evidence.rivals import SIZE_DIFFERS, SIZE_FOLLOWS, wander_wins, winning_rival, with_attitude_wander
+from diagnosis.evidence.rivals import SIZE_DIFFERS, SIZE_FOLLOWS, wander_wins, winning_rivals, with_attitude_wander
 from diagnosis.library.candidates import Candidate, iron_candidates, propose_candidates
 from diagnosis.policy import STANDARD
 from diagnosis.problem.linear import LinearProblem
@@ -53,7 +53,7 @@ def _fitted(posed: LinearProblem, candidates: list[Candidate]) -> tuple[Candidat
 
 def _won(posed: LinearProblem, name: str, *, coloured: bool = True) -> str:
     """The rival that wins against the effect of a name."""
-    return winning_rival(*_fitted(posed, propose_candidates(posed)[name]), coloured=coloured)
+    return next(winning_rivals(*_fitted(posed, propose_candidates(posed)[name]), coloured=coloured), "")
 
 
 def _with(given: Recording, added_nT: Array) -> LinearProblem:
@@ -176,7 +176,7 @@ class TestSizes:
         x = t / t[-1]
         courses = {"switch": (t >= 90) & (t < 210), "bend": x * (1 - x) * 4, "warm": (heat - 15) / 3}
         posed = self._growing(courses[name].astype(float))
-        won = winning_rival(*_fitted(posed, [self._window()]), coloured=False)
+        won = next(winning_rivals(*_fitted(posed, [self._window()]), coloured=False), "")
         assert won == (SIZE_FOLLOWS.format(told) if told else "")
 
     @pytest.mark.parametrize(("power", "told"), [(0.0, ""), (0.5, "payload")])
@@ -186,7 +186,7 @@ class TestSizes:
         course = np.clip(1 - ((t - 150) / 60) ** 2, 0, None) ** power * ((t >= 90) & (t < 210))
         posed = self._growing(course)
         driven = replace(posed, state=replace(posed.state, channels={"payload": course}))
-        won = winning_rival(*_fitted(driven, [self._window()]), coloured=False)
+        won = next(winning_rivals(*_fitted(driven, [self._window()]), coloured=False), "")
         assert won == (SIZE_FOLLOWS.format(told) if told else "")
 
 

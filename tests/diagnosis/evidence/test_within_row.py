@@ -7,8 +7,8 @@ import pytest
 from diagnosis.decision.selection import select
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.binned_rows import BinnedRows
+from diagnosis.evidence.candidate_test import gain_within
 from diagnosis.evidence.held_out import judge_settings
-from diagnosis.evidence.within_row import gain_within
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import STANDARD, Policy
 from diagnosis.problem.linear import LinearProblem
@@ -41,16 +41,16 @@ def test_means_and_what_is_about_them_have_the_nats_of_all_samples() -> None:
     posed, tone = _waving(), _tone()
     evidence = judge_settings(Baseline.of(posed), [tone])
     assert evidence is not None
-    found = gain_within(posed, _rows(posed), (), tone.columns(posed))
+    found = gain_within(Baseline.of(posed), _rows(posed), tone.columns(posed))
     assert found == pytest.approx(evidence.gain, rel=0.2)  # of means 0.4 s long a hundredth of it is left
-    taken = gain_within(posed, _rows(posed), [tone.columns(posed)], tone.columns(posed))
+    taken = gain_within(Baseline.of(posed, [tone.columns(posed)]), _rows(posed), tone.columns(posed))
     assert taken < 1.0
 
 
 def test_nothing_is_counted_twice_where_the_means_show_it() -> None:
     driven = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.search_role())
     for posed, one in ((_waving(), Candidate(driven)), (_waving(STANDARD), _tone())):
-        assert gain_within(posed, _rows(posed), (), one.columns(posed)) == 0.0
+        assert gain_within(Baseline.of(posed), _rows(posed), one.columns(posed)) == 0.0
 
 
 def test_a_tone_faster_than_the_rows_is_named_beside_a_wander() -> None:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagnosis.decision.white_choice import AcceptedEffect
+from diagnosis.decision.choice import AcceptedEffect
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.candidate_result import CandidateResult
 from diagnosis.evidence.candidate_test import ColouredBaseline

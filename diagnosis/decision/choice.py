@@ -1,4 +1,4 @@
-"""Choice of an effect in white noise: the best on held-out data, or the simplest of equally good candidates."""
+"""Choice among candidates: the simplest of those that explain as much as the best, with its look-alikes."""
 
 from __future__ import annotations
 
@@ -7,10 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol, TypeVar
 
-from diagnosis.evidence.candidate_result import CandidateResult, with_outcomes
 from diagnosis.evidence.held_out import Evidence
 from diagnosis.library.candidates import Candidate
-from diagnosis.library.drivers import may_drive
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
 from scenarios.arrays import Array
@@ -46,33 +44,33 @@ class AcceptedEffect:
         return replace(self, alternatives=tuple(name for name in others if name != self.name))
 
 
-@dataclass(frozen=True)
-class RoundResult:
-    """Result of one round: the chosen effect, if any, and every candidate's result, the strongest first."""
-
-    chosen: AcceptedEffect | None
-    results: tuple[CandidateResult, ...]
-
-    @classmethod
-    def of(cls, chosen: AcceptedEffect | None, judged: Sequence[CandidateResult]) -> RoundResult:
-        """Build a round whose candidates carry an outcome in words."""
-        name, alternatives = (chosen.name, chosen.alternatives) if chosen else (None, ())
-        return cls(chosen, with_outcomes(judged, name, alternatives))
-
-
 def accept_best(ranking: Sequence[Evidence], policy: Policy, *, clean: bool = True) -> AcceptedEffect | None:
-    """Accept the candidate with the fewest columns of all that are as good as the best, if the best has enough nats.
+    """Accept the best candidate, or the simplest of those as good, if the best has enough nats of white noise.
 
     clean : whether the residual is white; coloured noise needs more evidence.
     """
-    needed = policy.accepted(len(EFFECTS)) if clean else policy.coloured_nats
+    needed, form = policy.accepted(len(EFFECTS)) if clean else policy.coloured_nats, policy.same_family
     if not ranking or ranking[0].nats <= needed:
         return None
-    best, form = ranking[0], policy.same_family
-    alike = [evidence for evidence in ranking if is_as_good(evidence, best, policy, form, form)]
-    close = [evidence for evidence in alike if evidence.nats > policy.apart]
-    chosen = select_simplest(close, policy)
-    return AcceptedEffect(chosen, alternatives_to(chosen, close, policy), needed)
+    as_good = (evidence for evidence in ranking if is_as_good(evidence, ranking[0], policy, form, form))
+    return accept_simplest([evidence for evidence in as_good if evidence.nats > policy.apart], (), needed, policy)
+
+
+def accept_simplest(
+    as_good: Sequence[Evidence], alike: Sequence[Evidence], needed: float, policy: Policy
+) -> AcceptedEffect:
+    """Accept the simplest of equally good candidates, with the look-alikes among these and further ones.
+
+    An effect that contains the chosen one is listed only where it gains more than chance: with its extra columns at
+    zero both agree.
+    """
+    chosen = select_simplest(as_good, policy)
+    names = (
+        evidence.name
+        for evidence in (*as_good, *alike)
+        if chosen.name not in evidence.candidate.effect.traits.contains or chosen.is_behind(evidence, policy)
+    )
+    return AcceptedEffect(chosen, (), needed).listing(*names)
 
 
 def is_as_good(candidate: Evidence, best: Evidence, policy: Policy, form: float, simpler: float) -> bool:
@@ -86,53 +84,22 @@ def is_as_good(candidate: Evidence, best: Evidence, policy: Policy, form: float,
     return best.gain - candidate.gain <= max(policy.apart * best.V, max(family, contained) * best.gain)
 
 
-def alternatives_to(chosen: Evidence, close: Sequence[Evidence], policy: Policy) -> tuple[str, ...]:
-    """Names of effects that the data do not distinguish from the chosen effect.
-
-    An effect that contains the chosen one is listed only where it gains more than chance: with its extra columns at
-    zero both agree.
-    """
-
-    def is_alternative(evidence: Evidence) -> bool:
-        contains_chosen = chosen.name in evidence.candidate.effect.traits.contains
-        return evidence.name != chosen.name and not (contains_chosen and not chosen.is_behind(evidence, policy))
-
-    return tuple(dict.fromkeys(evidence.name for evidence in close if is_alternative(evidence)))
-
-
-def choose_white(ranking: Sequence[Evidence], policy: Policy) -> RoundResult:
-    """Choose where the residual is white."""
-    needed = policy.accepted(len(EFFECTS))
-    return RoundResult.of(
-        accept_best(ranking, policy), [CandidateResult(evidence, evidence.nats, needed, "") for evidence in ranking]
-    )
-
-
-class ComparableCandidate(Protocol):
-    """A candidate with its gain and number of columns."""
+class _Comparable(Protocol):
+    """A candidate with its gain in nats, its number of columns, and how far it is from its own size."""
 
     @property
-    def candidate(self) -> Candidate:
-        """The effect at its setting."""
-
+    def candidate(self) -> Candidate: ...
     @property
-    def gain(self) -> float:
-        """Gain in nats."""
-
+    def name(self) -> str: ...
     @property
-    def width(self) -> int:
-        """Number of columns."""
-
+    def gain(self) -> float: ...
     @property
-    def name(self) -> str:
-        """Name of the effect."""
-
+    def width(self) -> int: ...
     @property
-    def scale_error(self) -> float:
-        """``|ln(fitted size / own size)|`` of an effect without coefficients."""
+    def scale_error(self) -> float: ...
 
 
-R = TypeVar("R", bound=ComparableCandidate)
+R = TypeVar("R", bound=_Comparable)
 
 
 def select_simplest(close: Sequence[R], policy: Policy) -> R:
@@ -147,35 +114,24 @@ def select_simplest(close: Sequence[R], policy: Policy) -> R:
     if family := [candidate for candidate in rivals if in_same_family(candidate, best)]:
         return _select_in_family(family, policy)
     twin = best.candidate.effect.traits.equivalent_to
-    identical = [
+    identical = (
         candidate
         for candidate in rivals
         if candidate.name == twin or math.isclose(candidate.gain, best.gain, rel_tol=policy.same_gain)
-    ]
+    )
     return min(identical, key=lambda candidate: CHAIN_ORDER.index(candidate.name))
 
 
 def _select_in_family(family: Sequence[R], policy: Policy) -> R:
-    """The family member nearest to its own size, else the last in the chain.
-
-    Two low-passes in series resemble a delay.
-    """
+    """The family member nearest to its own size, else the last in the chain: two low-passes resemble a delay."""
     nearest = min(candidate.scale_error for candidate in family)
     near = [candidate for candidate in family if candidate.scale_error < nearest + policy.same_size]
     most = max(candidate.gain for candidate in near)
-    return max(
-        (candidate for candidate in near if most - candidate.gain < policy.apart),
-        key=lambda candidate: CHAIN_ORDER.index(candidate.name),
-    )
+    as_good = (candidate for candidate in near if most - candidate.gain < policy.apart)
+    return max(as_good, key=lambda candidate: CHAIN_ORDER.index(candidate.name))
 
 
-def is_channel_equivalent(candidate: Evidence, best: Evidence, policy: Policy) -> bool:
-    """Whether the best drifts slowly in time and a candidate driven by a channel adds nearly as much in its place."""
-    is_driven = may_drive(candidate.candidate.effect, best.candidate.effect)
-    return is_driven and candidate.strength > policy.nearly_all * best.strength
-
-
-def in_same_family(first: ComparableCandidate, second: ComparableCandidate) -> bool:
+def in_same_family(first: _Comparable, second: _Comparable) -> bool:
     """Whether two effects agree to first order."""
     family = first.candidate.effect.traits.family
     return bool(family) and family == second.candidate.effect.traits.family
