@@ -163,19 +163,20 @@ def gain_within(baseline: Baseline, rows: BinnedRows, columns: Array) -> float:
     all_kept = len(rows.starts) == len(problem.target) or power == 0
     if all_kept or float((rows.bin(columns) ** 2).sum()) > problem.policy.half * power:
         return 0.0
-    lengths = np.diff(rows.starts, append=len(problem.target))
-
-    def about_means(values: Array) -> Array:
-        means = np.add.reduceat(values, rows.starts, axis=0) / np.maximum(rows.count, 1.0)[:, None, None]
-        return np.asarray((values - np.repeat(means, lengths, axis=0)) * problem.usable[:, None, None])
-
-    each_base = problem.base if rows.common else np.repeat(problem.base[:, None], problem.target.shape[1], axis=1)
+    base = problem.base if rows.common else np.repeat(problem.base[:, None], problem.target.shape[1], axis=1)
     others = np.concatenate([*baseline.accepted_columns, columns, problem.target[:, :, None]], axis=2)
-    known = others.shape[2] - columns.shape[2] - 1
-    left = project_out(about_means(each_base), about_means(others), common=rows.common)[0]
-    fold = np.repeat(rows.fold, lengths)
-    squares, total = held_out_squares(project_out_first(left, known), fold, problem.policy.folds)
+    base, others = (_about_means(rows, problem.usable, part) for part in (base, others))
+    left = project_out_first(project_out(base, others, common=rows.common)[0], others.shape[2] - columns.shape[2] - 1)
+    fold = np.repeat(rows.fold, np.diff(rows.starts, append=len(left)))
+    squares, total = held_out_squares(left, fold, problem.policy.folds)
     return float(total[-1, -1] - squares) / 2
+
+
+def _about_means(rows: BinnedRows, usable: Array, values: Array) -> Array:
+    """Values (N, q, j) less the row mean of the usable values, 0 where not usable."""
+    means = np.add.reduceat(values, rows.starts, axis=0) / np.maximum(rows.count, 1.0)[:, None, None]
+    each = np.repeat(means, np.diff(rows.starts, append=len(values)), axis=0)
+    return np.asarray((values - each) * usable[:, None, None])
 
 
 def screen(
@@ -187,22 +188,29 @@ def screen(
     refitted iron follows slow noise, and gains much. Returned with the other candidates and their nats.
     """
     policy, names = baseline.problem.policy, [evidence.name for evidence in candidates]
-    columns, within = list[Array](), list[float]()
-    for evidence in candidates:  # whole columns are large: one candidate at a time
-        whole = evidence.candidate.columns(baseline.problem)
-        columns.append(beside.rows.bin(whole))
-        within.append(gain_within(baseline, beside.rows, whole))
+    columns, within = _in_rows(candidates, beside, baseline)
     nats = beside.screening_gains(columns) + within
     negligible = [added_share(start, baseline, evidence.squares) < policy.trace for evidence in candidates]
-    order = sorted(
-        best_of_each_name(names, nats, policy), key=lambda i: (negligible[i], -on_six_digits(float(nats[i])))
-    )
+    first = best_of_each_name(names, nats, policy)
+    order = sorted(first, key=lambda i: (negligible[i], -on_six_digits(float(nats[i]))))
     tried = {names[i] for i in order[: policy.tried_coloured]}
     settings = (each for each in zip(candidates, columns, within, strict=True) if each[0].name in tried)
     fits = [beside.fit_candidate(*each) for each in settings]
     best = best_of_each_name([fit.evidence.name for fit in fits], np.array([fit.gain for fit in fits]), policy)
     screened = [(candidates[i], float(nats[i])) for i in order[policy.tried_coloured :]]
     return sorted((fits[i] for i in best), key=lambda fit: -on_six_digits(fit.gain)), screened
+
+
+def _in_rows(
+    candidates: Sequence[Evidence], beside: ColouredBaseline, baseline: Baseline
+) -> tuple[list[Array], list[float]]:
+    """Columns (n, q, k) of candidates in rows, and the nats that each gains within the rows."""
+    columns, within = list[Array](), list[float]()
+    for evidence in candidates:  # whole columns are large: one candidate at a time
+        whole = evidence.candidate.columns(baseline.problem)
+        columns.append(beside.rows.bin(whole))
+        within.append(gain_within(baseline, beside.rows, whole))
+    return columns, within
 
 
 def best_of_each_name(names: Sequence[str], nats: Array, policy: Policy) -> list[int]:

@@ -60,9 +60,7 @@ def winning_rivals(fit: CandidateFit, baseline: Baseline, beside: ColouredBaseli
     policy, won = beside.rows.policy, list[tuple[float, str]]()
     for rival in (rival for rival, gain in zip(tried, gains, strict=True) if rival.leads(gain, own, policy)):
         other = _fitted(rival.columns, fit, baseline, beside)
-        one_cause = rival.own_ways and _of_one_course(other) > policy.one_cause
-        leads = not one_cause and rival.leads(other.gain, fit.gain, policy)
-        if leads and beside.remaining_share(fit, other) < policy.half:
+        if rival.leads(other.gain, fit.gain, policy) and _suffices(rival, other, fit, beside):
             won.append((other.gain, rival.words))
     yield from (words for _, words in sorted(won, reverse=True))
 
@@ -71,6 +69,12 @@ def _fitted(columns: Array, fit: CandidateFit, baseline: Baseline, beside: Colou
     """Columns (N, q, k) fitted in place of a candidate, without the price of its search."""
     free = replace(fit.evidence, candidate=replace(fit.evidence.candidate, tried=1))
     return beside.fit_candidate(free, beside.rows.bin(columns), gain_within(baseline, beside.rows, columns))
+
+
+def _suffices(rival: Rival, other: CandidateFit, fit: CandidateFit, beside: ColouredBaseline) -> bool:
+    """Whether a fitted rival leaves a candidate no use, and its axes go their own ways where this counts."""
+    own_ways = not rival.own_ways or _of_one_course(other) <= beside.rows.policy.one_cause
+    return own_ways and beside.remaining_share(fit, other) < beside.rows.policy.half
 
 
 def _of_one_course(course: CandidateFit) -> float:
