@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from diagnosis.evidence.active_parts import ActivePart, GapPart
 from diagnosis.evidence.candidate_result import CandidateResult
-from diagnosis.evidence.localise import ChannelShare
+from diagnosis.evidence.localise import ChannelShare, localise
 from diagnosis.evidence.residual_tests import ResidualTests, RisingSpectrum
-from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.verdict import Verdict
 from scenarios.arrays import Array
@@ -139,13 +141,76 @@ class GapSize:
         return {"before": before, "after": after, "explained": self.explained}
 
     @classmethod
-    def of(cls, before: Array, after: Array, sigma_nT: Array, policy: Policy) -> GapSize:
-        """The size of residuals before and after (n, q), in units of the noise (q,)."""
-        before_sigma, after_sigma = rms(before), rms(after)
+    def of(cls, problem: LinearProblem, before: Array, after: Array, use: NDArray[np.bool_]) -> GapSize:
+        """The size of residuals before and after (n, q), in units of the noise, on the usable samples of `use` (n,)."""
+        residuals = [residual[use & (problem.usable > 0)] for residual in (before, after)]
+        before_sigma, after_sigma = map(rms, residuals)
+        before_nT, after_nT = (rms(residual * problem.sigma_nT) for residual in residuals)
         excess = before_sigma**2 - 1
-        is_gap = excess > policy.hardly_any
+        is_gap = excess > problem.policy.hardly_any
         explained = min(1.0, (before_sigma**2 - after_sigma**2) / excess) if is_gap else None
-        return cls(rms(before * sigma_nT), before_sigma, rms(after * sigma_nT), after_sigma, explained)
+        return cls(before_nT, before_sigma, after_nT, after_sigma, explained)
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """Named effects of a recording, and the gap that they explain.
+
+    clean: whether the residual is white, or explained by slow noise. where: channels that the gap follows. before_nT,
+    after_nT (n, q): residuals. after: tests of the residual of the accepted effects. rise: frequencies at which the
+    residual's spectrum rises.
+    """
+
+    problem: LinearProblem
+    named: tuple[NamedEffect, ...]
+    clean: bool
+    gap: GapSize
+    where: tuple[ChannelShare, ...]
+    before_nT: Array
+    after_nT: Array
+    after: ResidualTests
+    rise: RisingSpectrum | None
+
+    @classmethod
+    def by(
+        cls,
+        problem: LinearProblem,
+        named: Sequence[NamedEffect],
+        residuals: tuple[Array, Array],
+        use: NDArray[np.bool_],
+        after: ResidualTests,
+        *,
+        clean: bool,
+    ) -> Explanation:
+        """The explanation by effects whose residuals (n, q) before and after are compared on the samples `use` (n,)."""
+        gap, where = GapSize.of(problem, *residuals, use), localise(problem, residuals[0])
+        before_nT, after_nT = (residual * problem.sigma_nT for residual in residuals)
+        rise = RisingSpectrum.of(problem, *residuals)
+        return cls(problem, tuple(named), clean, gap, where, before_nT, after_nT, after, rise)
+
+    @property
+    def residual(self) -> Array:
+        """The residual (n, q) in units of the noise."""
+        return self.after_nT / self.problem.sigma_nT
+
+    @cached_property
+    def left(self) -> tuple[ChannelShare, ...]:
+        """Channels that the residual follows."""
+        return localise(self.problem, self.residual)
+
+    @property
+    def unexplained(self) -> tuple[str, ...]:
+        """Structure left in the residual; empty where the residual is white."""
+        return (*self.after.why, *([] if self.rise is None else [self.rise.words]))
+
+    def of_kind(self, kind: EvidenceKind) -> tuple[NamedEffect, ...]:
+        """The named effects with a kind of evidence."""
+        return tuple(cause for cause in self.named if cause.kind is kind)
+
+    def without_effects(self) -> Explanation:
+        """Direct evidence alone: of the gap nothing is explained."""
+        named, gap = self.of_kind(EvidenceKind.DIRECT), self.gap.without_effects()
+        return replace(self, named=named, after_nT=self.before_nT, gap=gap)
 
 
 @dataclass(frozen=True)
@@ -170,39 +235,31 @@ class Flight:
 
 
 @dataclass(frozen=True, repr=False)
-class Diagnosis:
-    """Diagnosis of a recording against a model.
+class Diagnosis(Explanation):
+    """Diagnosis of a recording against a model: an explanation with its verdict, in words, and the new model.
 
-    where: channels that the gap follows. absorbed: effects resembling iron on the motion. untested: effects whose
-    causes are not recorded. doubts: why named effects were withdrawn. ranking: results of all candidates in the first
-    round. given: effects of the model as given. before_nT, after_nT (n, q): residuals. parts: parts of the run with a
-    steady size of the gap. next_flight: advised flight. has_second: whether a second recording was given. rise:
-    frequencies at which the residual's spectrum rises. resimulated_nT: rms that the written model leaves of the whole
-    recording, without any fit. iron_anew: whether that model has iron fitted to the recording in place of the given.
+    absorbed: effects resembling iron on the motion. untested: effects whose causes are not recorded. doubts: why named
+    effects were withdrawn. ranking: results of all candidates in the first round. before: tests of the residual without
+    effects. given: effects of the model as given. parts: parts of the run with a steady size of the gap. next_flight:
+    advised flight. has_second: whether a second recording was given. resimulated_nT: rms that the written model leaves
+    of the whole recording, without any fit. iron_anew: whether that model has iron fitted to the recording in place of
+    the given.
     """
 
     verdict: Verdict
-    sentence: str
-    named: tuple[NamedEffect, ...]
-    where: tuple[ChannelShare, ...]
-    gap: GapSize
     absorbed: tuple[str, ...]
     untested: tuple[str, ...]
     doubts: tuple[str, ...]
     ranking: tuple[CandidateResult, ...]
     before: ResidualTests
-    after: ResidualTests
     model: Scenario
-    problem: LinearProblem
-    before_nT: Array
-    after_nT: Array
-    advice: tuple[str, ...] = ()
+    given: tuple[Effect, ...] = ()
     parts: tuple[GapPart, ...] = ()
+    sentence: str = ""
+    advice: tuple[str, ...] = ()
     next_flight: Flight | None = None
     has_second: bool = False
-    rise: RisingSpectrum | None = None
     resimulated_nT: float | None = None
-    given: tuple[Effect, ...] = ()
     iron_anew: bool = False
 
     def __repr__(self) -> str:
@@ -213,11 +270,6 @@ class Diagnosis:
     def not_observable(self) -> tuple[str, ...]:
         """Effects not observable in the recording."""
         return (*self.absorbed, *self.untested)
-
-    @property
-    def unexplained(self) -> tuple[str, ...]:
-        """Structure left in the residual; empty where the residual is white."""
-        return (*self.after.why, *([] if self.rise is None else [self.rise.words]))
 
     def correction_of(self, cause: NamedEffect) -> tuple[Effect, Effect] | None:
         """The model's own effect of a named effect's name, as given and as corrected; None unless there is one each."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -13,20 +13,18 @@ from diagnosis.decision.conclusion import Conclusion, conclude
 from diagnosis.decision.iron import absorbed_effects
 from diagnosis.decision.second_passes import select_in_every_way
 from diagnosis.decision.sentence import sentence_for
-from diagnosis.decision.verdict_rules import VerdictInput, doubts_of, verdict_of
+from diagnosis.decision.verdict_rules import doubts_of, verdict_of
 from diagnosis.evidence.active_parts import split_by_power
 from diagnosis.evidence.candidate_result import withdraw_names
 from diagnosis.evidence.direct import DirectFinding, direct_evidence, find_start_samples, held_rows
-from diagnosis.evidence.localise import localise
 from diagnosis.evidence.reference_checks import correct_reference
-from diagnosis.evidence.residual_tests import RisingSpectrum
 from diagnosis.policy import STANDARD, Policy
 from diagnosis.problem.formulation import pose_model
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.repair.channel_curves import better_channels, follow_channels
-from diagnosis.repair.named_effects import Explanation, explain
+from diagnosis.repair.named_effects import explain
 from diagnosis.repair.new_model import patch_model, resimulated_rms_nT
-from diagnosis.result import OF_VALUES, Diagnosis, EvidenceKind
+from diagnosis.result import OF_VALUES, Diagnosis, EvidenceKind, Explanation
 from diagnosis.verdict import Verdict
 from recordings import Recording
 from scenarios.arrays import Array
@@ -104,58 +102,45 @@ def measured_rows(
 
 def diagnosis_of(examination: Examination) -> Diagnosis:
     """The diagnosis of an examination, with sentences and the new model."""
-    problem, conclusion = examination.problem, examination.conclusion
-    found = explain(problem, conclusion, examination.direct)
-    where = localise(problem, found.before)
-    rise = RisingSpectrum.of(problem, found.before, found.after)
-    case = VerdictInput(problem, found.named, conclusion.clean, found.gap, where, found.after, rise)
-    verdict = verdict_of(case)
-    doubts = doubts_of(case, verdict)
-    curves = _curves(examination, case, verdict, doubts)
+    problem, selection = examination.problem, examination.conclusion.selection
+    found = explain(problem, examination.conclusion, examination.direct)
+    verdict = verdict_of(found)
+    doubts = doubts_of(found, verdict)
+    curves = _curves(examination.conclusion, found, verdict, doubts)
     if curves or doubts or verdict is Verdict.UNKNOWN:  # what explains little is no name
-        verdict, direct = Verdict.UNKNOWN, tuple(one for one in found.named if one.kind is EvidenceKind.DIRECT)
-        found = curves or replace(found, named=(), after=found.before, gap=found.gap.without_effects())
-        found = replace(found, named=(*direct, *found.named))
-    diagnosis = replace(_without_sentences(examination, found, verdict, doubts), where=where, rise=rise)
+        verdict, found = Verdict.UNKNOWN, curves or found.without_effects()
+    names = {one.name for one in found.named}
+    diagnosis = Diagnosis(
+        **{part.name: getattr(found, part.name) for part in fields(found)},
+        verdict=verdict,
+        absorbed=tuple(name for name in absorbed_effects(problem) if name not in names),
+        untested=_untested(problem),
+        doubts=doubts,
+        ranking=withdraw_names(selection.results, doubts) if verdict is Verdict.UNKNOWN else selection.results,
+        before=selection.before,
+        model=patch_model(examination.model, found.named, problem),
+        given=examination.whole.effects,
+        parts=split_by_power(problem, selection.start.residual()),
+    )
     diagnosis = _resimulated(diagnosis, examination)
     return replace(diagnosis, sentence=sentence_for(diagnosis), advice=advice_for(diagnosis))
 
 
-def _without_sentences(
-    examination: Examination, found: Explanation, verdict: Verdict, doubts: tuple[str, ...]
-) -> Diagnosis:
-    problem, selection, names = examination.problem, examination.conclusion.selection, {one.name for one in found.named}
+def _untested(problem: LinearProblem) -> tuple[str, ...]:
+    """Effects whose causes are not recorded, with the causes."""
     lacking = ((name, problem.missing_inputs(effect)) for name, effect in BY_NAME.items())
-    return Diagnosis(
-        verdict=verdict,
-        sentence="",
-        named=found.named,
-        where=(),
-        gap=found.gap,
-        absorbed=tuple(name for name in absorbed_effects(problem) if name not in names),
-        untested=tuple(f"{name} (no {', '.join(channels)})" for name, channels in lacking if channels),
-        doubts=doubts,
-        ranking=withdraw_names(selection.results, doubts) if verdict is Verdict.UNKNOWN else selection.results,
-        before=selection.before,
-        after=examination.conclusion.after,
-        model=patch_model(examination.model, found.named, problem),
-        problem=problem,
-        given=examination.whole.effects,
-        before_nT=found.before * problem.sigma_nT,
-        after_nT=found.after * problem.sigma_nT,
-        parts=split_by_power(problem, selection.start.residual()),
-    )
+    return tuple(f"{name} (no {', '.join(channels)})" for name, channels in lacking if channels)
 
 
 def _curves(
-    examination: Examination, case: VerdictInput, verdict: Verdict, doubts: tuple[str, ...]
+    conclusion: Conclusion, found: Explanation, verdict: Verdict, doubts: tuple[str, ...]
 ) -> Explanation | None:
     """The channels followed by the gap, where only slow noise is named, or curves explain much more than the names."""
-    conclusion = examination.conclusion
-    start, noise_alone = conclusion.selection.start, conclusion.noise is not None and not case.held_out_effects
+    start = conclusion.selection.start
+    noise_alone = conclusion.noise is not None and not found.of_kind(EvidenceKind.HELD_OUT)
     if doubts or verdict is Verdict.UNKNOWN or noise_alone:
-        return follow_channels(start)
-    return better_channels(start, case) if verdict is Verdict.PARTIAL and not case.clean else None
+        return follow_channels(start, found)
+    return better_channels(start, found) if verdict is Verdict.PARTIAL and not found.clean else None
 
 
 def _resimulated(diagnosis: Diagnosis, examination: Examination) -> Diagnosis:

@@ -4,81 +4,43 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from functools import cached_property
 
 from diagnosis.decision.monotone_courses import driving_channels, monotone_channels
 from diagnosis.evidence.baseline import Baseline
-from diagnosis.evidence.localise import TIME, ChannelShare, channels, courses_on_within, find_followed_channel, localise
-from diagnosis.evidence.residual_tests import RisingSpectrum
+from diagnosis.evidence.localise import TIME, ChannelShare, channels, courses_on_within, find_followed_channel
 from diagnosis.evidence.slow_noise import follows_time_only
-from diagnosis.problem.linear import LinearProblem
 from diagnosis.problem.sensors import as_currents
 from diagnosis.problem.strength import turns_too_fast
-from diagnosis.result import EvidenceKind, GapSize, NamedEffect
+from diagnosis.result import EvidenceKind, Explanation
 from diagnosis.verdict import Verdict
 from recordings.channels import current_name
-from scenarios.arrays import Array
 from sim.effects import BY_NAME
 
-
-@dataclass(frozen=True)
-class VerdictInput:
-    """Input of the verdict: named effects, whether the residual is clean, and the gap.
-
-    where: channels that the gap follows. residual (n, q): in units of the noise. rise: frequencies at which the
-    spectrum of the residual rises.
-    """
-
-    problem: LinearProblem
-    named: tuple[NamedEffect, ...]
-    clean: bool
-    gap: GapSize
-    where: tuple[ChannelShare, ...]
-    residual: Array
-    rise: RisingSpectrum | None = None
-
-    @cached_property
-    def left(self) -> tuple[ChannelShare, ...]:
-        """Channels that the residual follows."""
-        return localise(self.problem, self.residual)
-
-    @property
-    def noisy(self) -> bool:
-        """Whether noise is among the named effects."""
-        return any(cause.kind is EvidenceKind.SPECTRUM for cause in self.named)
-
-    @property
-    def held_out_effects(self) -> tuple[NamedEffect, ...]:
-        """Named effects whose evidence is held-out data."""
-        return tuple(cause for cause in self.named if cause.kind is EvidenceKind.HELD_OUT)
+Rule = Callable[[Explanation], bool]
+NameDoubt = Callable[[Explanation], str | None]
 
 
-Rule = Callable[[VerdictInput], bool]
-NameDoubt = Callable[[VerdictInput], str | None]
-
-
-def verdict_of(case: VerdictInput) -> Verdict:
+def verdict_of(case: Explanation) -> Verdict:
     """Return the verdict of the first matching rule."""
     return next(verdict for verdict, holds in RULES if holds(case))
 
 
-def doubts_of(case: VerdictInput, verdict: Verdict) -> tuple[str, ...]:
+def doubts_of(case: Explanation, verdict: Verdict) -> tuple[str, ...]:
     """Reasons why the named effects only resemble the cause; empty if none, or if nothing can be decided."""
     without_effects = (driver_unnamed,) if verdict.explained and case.named else ()
-    if decisive := _raised(DECISIVE_DOUBTS if case.held_out_effects else without_effects, case):
+    if decisive := _raised(DECISIVE_DOUBTS if case.of_kind(EvidenceKind.HELD_OUT) else without_effects, case):
         return decisive[:1]
-    mixed = not case.clean if verdict is Verdict.PARTIAL else case.noisy
+    mixed = not case.clean if verdict is Verdict.PARTIAL else bool(case.of_kind(EvidenceKind.SPECTRUM))
     if verdict not in (Verdict.PARTIAL, Verdict.COMPOSITE, Verdict.CLASS) or not mixed or case.gap.explained is None:
         return ()
     return _raised(NAME_DOUBTS, case)
 
 
-def _raised(doubts: Sequence[NameDoubt], case: VerdictInput) -> tuple[str, ...]:
+def _raised(doubts: Sequence[NameDoubt], case: Explanation) -> tuple[str, ...]:
     return tuple(reason for doubt in doubts if (reason := doubt(case)) is not None)
 
 
-def driver_unnamed(case: VerdictInput) -> str | None:
+def driver_unnamed(case: Explanation) -> str | None:
     """Doubt where only iron, noise or steps are named, and the gap follows a channel more than time.
 
     A weak driver passes for slow noise or for the iron that holds its mean.
@@ -87,25 +49,25 @@ def driver_unnamed(case: VerdictInput) -> str | None:
     return None if leading is None else f"the gap follows {leading}, and no named effect does"
 
 
-def gap_is_larger(case: VerdictInput) -> str | None:
+def gap_is_larger(case: Explanation) -> str | None:
     """Doubt where the named effects do not fit data outside the fit."""
     larger = case.gap.after_sigma > case.problem.policy.larger * case.gap.before_sigma
     return "the gap is larger with the named effects in the model" if larger else None
 
 
-def field_turns_too_fast(case: VerdictInput) -> str | None:
+def field_turns_too_fast(case: Explanation) -> str | None:
     """Doubt where the sensor is in no vehicle."""
     return "the field turns faster than a vehicle does" if turns_too_fast(case.problem) else None
 
 
-def part_of_swept_tone(case: VerdictInput) -> str | None:
+def part_of_swept_tone(case: Explanation) -> str | None:
     """Doubt where the named effects are one frequency of a sweeping tone."""
     if case.rise is None or not case.rise.hides:
         return None
     return f"the named effects explain next to nothing of {case.rise.words}"
 
 
-def channel_in_residual(case: VerdictInput) -> str | None:
+def channel_in_residual(case: Explanation) -> str | None:
     """Doubt where the residual follows the channels leading the gap, and follows them more than time.
 
     Shares are of the gap: the residual of a slow disturbance follows time and every channel resembling time. Among many
@@ -127,7 +89,7 @@ def channel_in_residual(case: VerdictInput) -> str | None:
     return f"the residual still follows {', '.join(following)}" if following else None
 
 
-def motion_in_residual(case: VerdictInput) -> str | None:
+def motion_in_residual(case: Explanation) -> str | None:
     """Doubt where an effect acts during the motion leading the gap, and the residual follows the motion as well."""
     if not (case.where and case.left) or case.left[0].channel != case.where[0].channel:
         return None
@@ -138,7 +100,7 @@ def motion_in_residual(case: VerdictInput) -> str | None:
     return f"acts while {leading} is on, and the residual follows it too" if acts else None
 
 
-def iron_follows_a_channel(case: VerdictInput) -> str | None:
+def iron_follows_a_channel(case: Explanation) -> str | None:
     """Doubt where iron following a channel, none of whose effects is named, explains much more of the gap."""
     explained = case.gap.explained or 0.0
     unnamed = unnamed_channels(case) & {share.channel for share in case.where}
@@ -148,7 +110,7 @@ def iron_follows_a_channel(case: VerdictInput) -> str | None:
     return f"a scale or an offset that follows {following.channel} explains far more"
 
 
-def unnamed_channels(case: VerdictInput) -> set[str]:
+def unnamed_channels(case: Explanation) -> set[str]:
     """Recorded channels driving no named effect and none of its look-alikes; currents of all motors count as one."""
     causes = {channel for cause in case.named for channel in cause.effect.required_inputs}
     causes |= {need for cause in case.named for name in cause.alternatives for need in BY_NAME[name].needs}
@@ -162,23 +124,21 @@ DECISIVE_DOUBTS: tuple[NameDoubt, ...] = (gap_is_larger, field_turns_too_fast, p
 NAME_DOUBTS: tuple[NameDoubt, ...] = (channel_in_residual, motion_in_residual, iron_follows_a_channel)
 
 
-def _explains_some(case: VerdictInput) -> bool:
+def _explains_some(case: Explanation) -> bool:
     """Whether the named effects explain enough of the gap, or each is certain and only noise is left.
 
     Without a gap, effects based on held-out data explain nothing.
     """
-    policy, explained = case.problem.policy, case.gap.explained
-    if explained is None and not case.held_out_effects:
+    policy, explained, held_out = case.problem.policy, case.gap.explained, case.of_kind(EvidenceKind.HELD_OUT)
+    if explained is None and not held_out:
         return True
     if explained is not None and (explained >= policy.fair_share or explained <= 0):
         return explained > 0
-    sure = bool(case.held_out_effects) and all(
-        (cause.nats or 0.0) > policy.sure_nats for cause in case.held_out_effects
-    )
+    sure = bool(held_out) and all((cause.nats or 0.0) > policy.sure_nats for cause in held_out)
     return sure and follows_time_only(case.problem, case.residual)
 
 
-def _only_iron_with_rivals(case: VerdictInput) -> bool:
+def _only_iron_with_rivals(case: Explanation) -> bool:
     """Whether only changes of the iron are named, and an effect other than iron is a look-alike."""
     rivals = (alternative for cause in case.named for alternative in cause.alternatives)
     return all(cause.kind is EvidenceKind.IRON for cause in case.named) and any(
@@ -186,7 +146,7 @@ def _only_iron_with_rivals(case: VerdictInput) -> bool:
     )
 
 
-def _may_be_one_channel(case: VerdictInput) -> bool:
+def _may_be_one_channel(case: Explanation) -> bool:
     """Whether one effect with rival channels is named, next to slow noise and constants of the iron alone.
 
     A curve of the rival channel may bend like the noise, and its zero may lie elsewhere: several causes are not shown.
@@ -207,7 +167,7 @@ RULES: tuple[tuple[Verdict, Rule], ...] = (
     (Verdict.CLASS, _may_be_one_channel),
     (Verdict.COMPOSITE, lambda case: len(case.named) > 1),
     (Verdict.NAMED, lambda case: not case.named[0].look_alikes),
-    (Verdict.GENERIC, lambda case: case.noisy),
+    (Verdict.GENERIC, lambda case: bool(case.of_kind(EvidenceKind.SPECTRUM))),
     (Verdict.CLASS, lambda case: True),
 )
 """An effect is named only where the residual is clean."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from diagnosis.decision.coloured_choice import beyond_chance
 from diagnosis.decision.selection import residual_tests
-from diagnosis.decision.verdict_rules import VerdictInput, unnamed_channels
+from diagnosis.decision.verdict_rules import unnamed_channels
 from diagnosis.evidence.baseline import Baseline, added_share
 from diagnosis.evidence.candidate_test import CandidateFit, ColouredBaseline, find_look_alikes
 from diagnosis.evidence.held_out import Evidence, judge_settings, misfit
@@ -20,8 +20,7 @@ from diagnosis.library.drivers import AT_ONCE, CHANNEL_LAGS, LAGS, Driver, Lag, 
 from diagnosis.library.parameter_search import refine_between_neighbours
 from diagnosis.problem.blocks import fit, inflation
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.repair.named_effects import Explanation
-from diagnosis.result import EvidenceKind, NamedEffect
+from diagnosis.result import EvidenceKind, Explanation, GapSize, NamedEffect
 from recordings.channels import HEIGHT
 from scenarios.arrays import Array
 from sim.effects.channels import HIGHEST, powers
@@ -36,8 +35,11 @@ class AcceptedCurve:
     rivals: tuple[str, ...]
 
 
-def follow_channels(start: Baseline) -> Explanation | None:
-    """Find the channels followed by a gap, where curves are accepted; start : the baseline without effects."""
+def follow_channels(start: Baseline, found: Explanation) -> Explanation | None:
+    """Explain a gap by curves of channels in place of effects, where curves are accepted.
+
+    start : the baseline without effects.
+    """
     problem, curves = start.problem, select_curves(start)
     if not curves:
         return None
@@ -45,19 +47,23 @@ def follow_channels(start: Baseline) -> Explanation | None:
     # before, with iron fitted to all data: iron hardly shown by the motion leaves far more on held-out data, and such
     # a difference is no gap
     before, after = start.residual(), end.residual(~start.splits[0])
-    followed = Explanation.of(problem, _named_curves(curves, end), before, after, end.held_out_samples())
-    return followed if (followed.gap.explained or 0.0) >= problem.policy.fair_share else None
+    gap = GapSize.of(problem, before, after, end.held_out_samples())
+    if (gap.explained or 0.0) < problem.policy.fair_share:
+        return None
+    named = (*found.of_kind(EvidenceKind.DIRECT), *_named_curves(curves, end))
+    before_nT, after_nT = before * problem.sigma_nT, after * problem.sigma_nT
+    return replace(found, named=named, before_nT=before_nT, after_nT=after_nT, gap=gap)
 
 
-def better_channels(start: Baseline, case: VerdictInput) -> Explanation | None:
+def better_channels(start: Baseline, found: Explanation) -> Explanation | None:
     """Find curves that explain much more than the named effects, none of which follows the first channel of the gap.
 
     An effect driven by the first channel stays: a curve gains by the effect's form error.
     """
-    if not case.where or case.where[0].channel not in unnamed_channels(case):
+    if not found.where or found.where[0].channel not in unnamed_channels(found):
         return None
-    followed = follow_channels(start)
-    left = start.problem.policy.half * (1 - (case.gap.explained or 0.0))
+    followed = follow_channels(start, found)
+    left = start.problem.policy.half * (1 - (found.gap.explained or 0.0))
     return followed if followed and 1 - (followed.gap.explained or 0.0) <= left else None
 
 

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from diagnosis.decision.choice import AcceptedEffect
 from diagnosis.decision.conclusion import Conclusion
@@ -16,33 +15,9 @@ from diagnosis.evidence.residual_tests import missing_white_noise
 from diagnosis.problem.blocks import fit, inflation
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.repair.refinement import chain_residual, refine
-from diagnosis.result import EvidenceKind, GapSize, NamedEffect
+from diagnosis.result import EvidenceKind, Explanation, NamedEffect
 from scenarios.arrays import Array
 from sim.effects.base import Effect
-
-
-@dataclass(frozen=True)
-class Explanation:
-    """Named effects, residuals (n, q) before and after in units of the noise, and the gap on held-out segments."""
-
-    named: tuple[NamedEffect, ...]
-    before: Array
-    after: Array
-    gap: GapSize
-
-    @classmethod
-    def of(
-        cls,
-        problem: LinearProblem,
-        named: Sequence[NamedEffect],
-        before: Array,
-        after: Array,
-        held_out: NDArray[np.bool_],
-    ) -> Explanation:
-        """The explanation by effects whose residuals are compared on the held-out samples (n,)."""
-        test = held_out & (problem.usable > 0)
-        gap = GapSize.of(before[test], after[test], problem.sigma_nT, problem.policy)
-        return cls(tuple(named), before, after, gap)
 
 
 def explain(problem: LinearProblem, conclusion: Conclusion, direct: Sequence[DirectFinding]) -> Explanation:
@@ -62,7 +37,7 @@ def explain(problem: LinearProblem, conclusion: Conclusion, direct: Sequence[Dir
     else:
         before = selection.start.residual()
         after = selection.end.residual() if conclusion.accepted else before
-    found = Explanation.of(problem, named, before, after, held_out)
+    found = Explanation.by(problem, named, (before, after), held_out, conclusion.after, clean=conclusion.clean)
     some = conclusion.accepted or conclusion.iron or not conclusion.after.clean
     return found if some else replace(found, gap=replace(found.gap, explained=None))
 

@@ -9,10 +9,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
-from diagnosis.decision.verdict_rules import VerdictInput
 from diagnosis.evidence.localise import ChannelShare
-from diagnosis.evidence.residual_tests import ResidualTests
-from diagnosis.result import Diagnosis, GapSize, Transfer, parameters
+from diagnosis.result import Diagnosis, Explanation, GapSize, Transfer, parameters
 from diagnosis.several.common_effects import CommonEffect, in_all
 from diagnosis.several.transfer import Presence
 from diagnosis.verdict import Verdict
@@ -66,11 +64,9 @@ class RecordingGap:
     after_nT: Array
 
     @classmethod
-    def of(cls, case: VerdictInput, before: Array, after: ResidualTests, doubts: tuple[str, ...]) -> RecordingGap:
-        """The gap of a case; before : residual (n, q) without effects, in units of the noise; after : with effects."""
-        left = (*after.why, *([] if case.rise is None else [case.rise.words]), *doubts)
-        sigma_nT = case.problem.sigma_nT
-        return cls(case.gap, case.where, left, before * sigma_nT, case.residual * sigma_nT)
+    def of(cls, case: Explanation, doubts: tuple[str, ...] = ()) -> RecordingGap:
+        """The gap of a case, and doubts about its effects."""
+        return cls(case.gap, case.where, (*case.unexplained, *doubts), case.before_nT, case.after_nT)
 
     def without_effects(self) -> RecordingGap:
         """The gap without named effects: nothing is explained."""

@@ -12,15 +12,13 @@ from calib.numerics.threads import one_thread
 from diagnosis.decision.choice import AcceptedEffect
 from diagnosis.decision.conclusion import Conclusion, conclude
 from diagnosis.decision.selection import residual_tests
-from diagnosis.decision.verdict_rules import VerdictInput, doubts_of, verdict_of
+from diagnosis.decision.verdict_rules import doubts_of, verdict_of
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.held_out import judge_settings
-from diagnosis.evidence.localise import localise
-from diagnosis.evidence.residual_tests import ResidualTests, RisingSpectrum
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.repair.named_effects import named_values
 from diagnosis.repair.new_model import patch_model
-from diagnosis.result import OF_VALUES, Diagnosis, EvidenceKind, GapSize, Transfer
+from diagnosis.result import OF_VALUES, Diagnosis, EvidenceKind, Explanation, Transfer
 from diagnosis.several.coefficients import predicted_by_others
 from diagnosis.several.common_effects import (
     CommonEffect,
@@ -103,7 +101,7 @@ def diagnose_sensors(
         verdict=each[first].verdict,
         common=tuple(common),
         single=tuple(single),
-        gaps=tuple(RecordingGap(own.gap, own.where, own.unexplained, own.before_nT, own.after_nT) for own in each),
+        gaps=tuple(map(RecordingGap.of, each)),
         model=each[first].model,
         scope=SENSORS,
         first=first,
@@ -183,31 +181,23 @@ class PooledVerdict:
         common, cases = _common_effects(recordings, effects, [conclusion for conclusion, _ in explained]), []
         before, named = [recording.start.residual() for recording in recordings], tuple(one.named for one in common)
         for recording, base, (conclusion, residual) in zip(recordings, before, explained, strict=True):
-            problem, use = recording.problem, recording.problem.usable > 0
-            gap = GapSize.of(base[use], residual[use], problem.sigma_nT, problem.policy)
-            where, rise = localise(problem, base), RisingSpectrum.of(problem, base, residual)
-            cases.append(VerdictInput(problem, named, conclusion.clean, gap, where, residual, rise))
-        return cls.judge(common, cases, before, [conclusion.after for conclusion, _ in explained])
+            problem = recording.problem
+            whole, clean = problem.usable > 0, conclusion.clean
+            cases.append(Explanation.by(problem, named, (base, residual), whole, conclusion.after, clean=clean))
+        return cls.judge(common, cases)
 
     @classmethod
-    def judge(
-        cls,
-        common: tuple[CommonEffect, ...],
-        cases: Sequence[VerdictInput],
-        before: Sequence[Array],
-        after: Sequence[ResidualTests],
-    ) -> PooledVerdict:
+    def judge(cls, common: tuple[CommonEffect, ...], cases: Sequence[Explanation]) -> PooledVerdict:
         """Reach a verdict on all cases as one; withdraw the effects where they explain too little or half doubt them.
 
-        before : residuals (n, q) without effects, in units of the noise; after : tests of the residuals with effects.
         Without common effects, slow noise does not count as clean.
         """
-        clean = all(case.clean if common else tests.clean for case, tests in zip(cases, after, strict=True))
+        clean = all(case.clean if common else case.after.clean for case in cases)
         rise = next((case.rise for case in cases if case.rise), None)
         gap = joint_gap([case.gap for case in cases])
         verdict = verdict_of(replace(cases[0], clean=clean, gap=gap, where=(), rise=rise))
         doubts = [doubts_of(case, verdict) for case in cases]
-        gaps = tuple(map(RecordingGap.of, cases, before, after, doubts))
+        gaps = tuple(map(RecordingGap.of, cases, doubts))
         if verdict is Verdict.UNKNOWN or 2 * sum(map(bool, doubts)) >= len(doubts):
             direct = tuple(effect for effect in common if effect.named.kind is EvidenceKind.DIRECT)
             return cls(Verdict.UNKNOWN, direct, tuple(gap.without_effects() for gap in gaps))

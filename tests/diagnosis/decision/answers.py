@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from diagnosis.decision.verdict_rules import VerdictInput
 from diagnosis.evidence.residual_tests import ResidualTests, RisingSpectrum
-from diagnosis.result import Diagnosis, EvidenceKind, GapSize, NamedEffect
+from diagnosis.result import Diagnosis, EvidenceKind, Explanation, GapSize, NamedEffect
 from diagnosis.verdict import Verdict
+from scenarios.arrays import Array
 from sim.effects import EFFECTS
 from sim.effects.iron import HardIron, SoftIron
 from tests.diagnosis.synthetic import problem
@@ -27,12 +27,21 @@ SEEN = replace(FOUND, kind=EvidenceKind.DIRECT, nats=None)
 NOISE = NamedEffect(EFFECT, (), EvidenceKind.SPECTRUM, 50.0, 0.0)
 FAST = RisingSpectrum(2.0, 4.0, hides=False)
 RISING = replace(FOUND, rivals=("temperature_degC",))
+TESTS = ResidualTests({}, (), 0.0, ("means over 5 s",))
 TURN = NamedEffect(SoftIron(((0.0, 0.01, 0.0), (-0.01, 0.0, 0.0), (0.0, 0.0, 0.0))), (), EvidenceKind.IRON, 50.0, 1.0)
 
 
-def case_of(*named: NamedEffect, clean: bool = True, explained: float | None = 0.97, **changes: Any) -> VerdictInput:
-    case = VerdictInput(POSED, named, clean, replace(GAP, explained=explained), (), np.zeros_like(POSED.target))
-    return replace(case, **changes)
+def case_of(*named: NamedEffect, clean: bool = True, explained: float | None = 0.97, **changes: Any) -> Explanation:
+    """A case that leaves nothing, if not told otherwise."""
+    made = Explanation(POSED, named, clean, replace(GAP, explained=explained), (), LEFT_NT, LEFT_NT, TESTS, None)
+    changed = replace(made, **changes)
+    return replace(changed, after_nT=np.zeros_like(changed.problem.target))
+
+
+def leaving(case: Explanation, residual: Array, **changes: Any) -> Explanation:
+    """The case with a residual (n, 3) in units of the noise."""
+    changed = replace(case, **changes)
+    return replace(changed, after_nT=residual * changed.problem.sigma_nT)
 
 
 def either(named: NamedEffect, *others: str) -> NamedEffect:
@@ -40,7 +49,6 @@ def either(named: NamedEffect, *others: str) -> NamedEffect:
 
 
 def diagnosis_of(verdict: Verdict = Verdict.NAMED, *named: NamedEffect, **changes: Any) -> Diagnosis:
-    tests = ResidualTests({}, (), 0.0, ("means over 5 s",))
     model: Any = SimpleNamespace(chain=lambda: POSED.effects)
-    made = Diagnosis(verdict, "", named, (), GAP, (), (), (), (), tests, tests, model, POSED, LEFT_NT, LEFT_NT)
-    return replace(made, **changes)
+    explained = (POSED, named, False, GAP, (), LEFT_NT, LEFT_NT, TESTS, None)
+    return replace(Diagnosis(*explained, verdict, (), (), (), (), TESTS, model), **changes)

@@ -8,14 +8,13 @@ import numpy as np
 import pytest
 
 from diagnosis.decision.verdict_rules import (
-    VerdictInput,
     channel_in_residual,
     doubts_of,
     motion_in_residual,
     verdict_of,
 )
 from diagnosis.evidence.localise import ChannelShare
-from diagnosis.result import GapSize, NamedEffect
+from diagnosis.result import Explanation, GapSize, NamedEffect
 from diagnosis.verdict import Verdict
 from sim.effects.iron import SoftIron
 from tests.diagnosis.decision.answers import (
@@ -30,8 +29,10 @@ from tests.diagnosis.decision.answers import (
     TURN,
     case_of,
     either,
+    leaving,
 )
 from tests.diagnosis.synthetic import problem, recording, without_attitude
+from validation.signals.amplitude import rms
 
 
 @pytest.mark.parametrize(
@@ -62,17 +63,17 @@ from tests.diagnosis.synthetic import problem, recording, without_attitude
         (case_of(either(NOISE, "offset_jump")), Verdict.GENERIC),
     ],
 )
-def test_rules_in_their_order(case: VerdictInput, verdict: Verdict) -> None:
+def test_rules_in_their_order(case: Explanation, verdict: Verdict) -> None:
     assert verdict_of(case) is verdict
 
 
-def _still_driven(share: float) -> VerdictInput:
+def _still_driven(share: float) -> Explanation:
     """A case whose rest goes with the current by some share of its power."""
     current = POSED.state.current_A[:, 0] - POSED.state.current_A[:, 0].mean()
     noise = np.random.default_rng(0).normal(size=POSED.target.shape)
     left = noise * 1e-3 + np.sqrt(share) * (current / current.std())[:, None]
     where = (ChannelShare("current_1_A", "body", 0.9),)
-    return case_of(FOUND, clean=False, explained=0.7, where=where, residual=left)
+    return leaving(case_of(FOUND, clean=False, explained=0.7, where=where), left)
 
 
 @pytest.mark.parametrize(("nats", "explained", "verdict"), [
@@ -110,10 +111,7 @@ def test_iron_or_noise_beside_a_gap_that_follows_a_channel_is_no_answer(
 def test_a_name_after_which_the_channel_is_still_there_only_resembles_the_cause() -> None:
     assert channel_in_residual(_still_driven(1.0)) == "the residual still follows current_1_A"
     assert doubts_of(_still_driven(1.0), Verdict.PARTIAL)
-    assert (
-        channel_in_residual(replace(_still_driven(1.0), residual=np.random.default_rng(1).normal(size=(4000, 3))))
-        is None
-    )
+    assert channel_in_residual(leaving(_still_driven(1.0), np.random.default_rng(1).normal(size=(4000, 3)))) is None
     # a quarter of its share of the gap, 0.9, is too much: three tenths of the gap are, two tenths are not
     assert channel_in_residual(replace(_still_driven(1.0), gap=replace(GAP, explained=0.8))) is None
     assert channel_in_residual(replace(_still_driven(1.0), where=())) is None
@@ -122,7 +120,7 @@ def test_a_name_after_which_the_channel_is_still_there_only_resembles_the_cause(
 def test_any_channel_but_the_first_must_be_left_well_beyond_time() -> None:
     kept = _still_driven(1.0)
     slow = np.sin(0.02 * POSED.state.time_s)[:, None] * np.ones(3)
-    near = replace(kept, gap=replace(GAP, explained=0.0), residual=kept.residual + 1.7 * slow)
+    near = leaving(kept, kept.residual + 1.7 * slow, gap=replace(GAP, explained=0.0))
     first, second = ChannelShare("rate_x", "body", 0.65), ChannelShare("current_1_A", "body", 0.65)
     assert channel_in_residual(replace(near, where=(second, first))) == "the residual still follows current_1_A"
     assert channel_in_residual(replace(near, where=(first, second))) is None
@@ -143,11 +141,11 @@ def test_what_acts_while_a_motion_is_on_and_leaves_more_of_it_is_a_piece_of_its_
     acts = replace(FOUND, effect=SoftIron(active_s=(time_s[on][0], time_s[on][-1])))
     left = (on * np.sin(np.arange(n) / 90.0))[:, None] * np.ones(3)
     leads = ChannelShare("rate", "body", 0.7)
-    case = case_of(acts, clean=False, problem=replace(POSED, state=state), where=(leads,), residual=left)
+    case = leaving(case_of(acts, clean=False, problem=replace(POSED, state=state), where=(leads,)), left)
     assert motion_in_residual(case) == "acts while rate is on, and the residual follows it too"
     assert motion_in_residual(case) in doubts_of(case, Verdict.PARTIAL)
     assert motion_in_residual(replace(case, where=(ChannelShare("pitch", "body", 0.8), leads))) is None
-    assert motion_in_residual(replace(case, residual=0 * left)) is None
+    assert motion_in_residual(leaving(case, 0 * left)) is None
     assert motion_in_residual(replace(case, named=(FOUND,))) is None
     shorter = replace(acts, effect=SoftIron(active_s=(time_s[on][0], time_s[n // 2])))
     assert motion_in_residual(replace(case, named=(shorter,))) is None
@@ -156,11 +154,11 @@ def test_what_acts_while_a_motion_is_on_and_leaves_more_of_it_is_a_piece_of_its_
 def test_what_goes_with_time_as_well_speaks_against_no_name() -> None:
     slow = np.sin(0.02 * POSED.state.time_s)[:, None] * np.ones(3)
     assert (
-        channel_in_residual(case_of(FOUND, explained=0.7, where=(ChannelShare("time_s", "body", 0.9),), residual=slow))
+        channel_in_residual(leaving(case_of(FOUND, explained=0.7, where=(ChannelShare("time_s", "body", 0.9),)), slow))
         is None
     )
     current = _still_driven(1.0)
-    assert channel_in_residual(replace(current, residual=current.residual + 9 * slow)) is None
+    assert channel_in_residual(leaving(current, current.residual + 9 * slow)) is None
 
 
 def test_a_channel_that_only_rises_speaks_against_no_name() -> None:
@@ -169,13 +167,13 @@ def test_a_channel_that_only_rises_speaks_against_no_name() -> None:
     sags = 12 - part - 0.02 * np.sin(90 * part)
     left = np.sin(20 * sags)[:, None] * np.ones(3)
     where = (ChannelShare("supply_V", "body", 0.9),)
-    case = case_of(FOUND, clean=False, explained=0.5, where=where, residual=left)
+    case = leaving(case_of(FOUND, clean=False, explained=0.5, where=where), left)
     assert (
         channel_in_residual(replace(case, problem=problem(replace(recording(), channels={"supply_V": sags})))) is None
     )
     periodic = np.sin(90 * part)
     driven = replace(recording(), channels={"supply_V": periodic})
-    assert channel_in_residual(replace(case, problem=problem(driven), residual=periodic[:, None] * np.ones(3)))
+    assert channel_in_residual(leaving(case, periodic[:, None] * np.ones(3), problem=problem(driven)))
 
 
 def test_verdicts_that_leave_nothing_are_not_doubted() -> None:
@@ -190,7 +188,7 @@ def test_in_a_field_that_turns_too_fast_no_name_stands() -> None:
     """Sixty times the turns of a vehicle, without attitude and gyro: a wheel's magnets beside a sensor at rest."""
     slow = without_attitude(recording(1500))
     posed = [problem(slow), problem(replace(slow, time_s=slow.time_s / 60))]
-    cases = [case_of(FOUND, problem=one, residual=np.zeros_like(one.target)) for one in posed]
+    cases = [leaving(case_of(FOUND, problem=one), np.zeros_like(one.target)) for one in posed]
     doubts = [doubts_of(case, Verdict.NAMED) for case in cases]
     assert doubts == [(), ("the field turns faster than a vehicle does",)]
 
@@ -215,7 +213,8 @@ def test_names_that_make_the_gap_larger_are_doubted() -> None:
 
 def test_the_size_of_a_gap_is_a_share_of_its_excess_over_the_noise() -> None:
     """(g0^2 - g1^2) / (g0^2 - 1): from 3 to 2 sigma, five eighths."""
-    size = GapSize.of(np.full((9, 1), 3.0), np.full((9, 1), 2.0), np.array([10.0]), POSED.policy)
-    assert (size.before_nT, size.after_nT) == (30.0, 20.0)
+    ones, whole = np.ones_like(POSED.target), np.ones(len(POSED.target), bool)
+    size = GapSize.of(POSED, 3 * ones, 2 * ones, whole)
+    assert (size.before_nT, size.after_nT) == pytest.approx((3 * rms(POSED.sigma_nT), 2 * rms(POSED.sigma_nT)))
     assert size.explained == pytest.approx(5 / 8)
-    assert GapSize.of(np.ones((9, 1)), np.ones((9, 1)), np.ones(1), POSED.policy).explained is None
+    assert GapSize.of(POSED, ones, ones, whole).explained is None

@@ -59,7 +59,7 @@ def test_the_strength_alone_has_no_axes_of_which_one_follows() -> None:
 @pytest.mark.parametrize(("explained", "doubted"), [(0.4, True), (1.0, False)])
 def test_names_that_explain_far_less_are_taken_back(warm: LinearProblem, explained: float, doubted: bool) -> None:
     where = (ChannelShare("time_s", "body", 0.5), ChannelShare(TEMPERATURE, "body", 0.3))
-    case = case_of(FOUND, clean=False, explained=explained, problem=warm, where=where, residual=0 * warm.target)
+    case = case_of(FOUND, clean=False, explained=explained, problem=warm, where=where)
     assert verdict_of(case) is Verdict.PARTIAL
     assert TEMPERATURE in unnamed_channels(case)
     reason = iron_follows_a_channel(case)

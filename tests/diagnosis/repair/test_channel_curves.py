@@ -193,7 +193,7 @@ def test_curves_stand_for_names_where_they_explain_much_more(channel: str, expla
 def test_the_gap_before_is_that_beside_the_iron_of_the_whole_run() -> None:
     """Iron of the training part alone, which the motion shows less, would leave more, and that is no gap."""
     start = Baseline.of(problem(disturbed(np.abs(load(3)), load_A=load(3))))
-    followed = follow_channels(start)
+    followed = follow_channels(start, case_of(problem=start.problem))
     assert followed is not None
     held_out = start.held_out_samples()
     whole, trained = (float(np.sqrt((start.residual(use)[held_out] ** 2).mean())) for use in (None, ~start.splits[0]))

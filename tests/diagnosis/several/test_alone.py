@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagnosis.decision.verdict_rules import VerdictInput
-from diagnosis.result import EvidenceKind, GapSize
+from diagnosis.result import EvidenceKind, Explanation, GapSize
 from diagnosis.several.common_effects import CommonEffect
 from diagnosis.several.workflow import PooledVerdict, check_apart
 from diagnosis.verdict import Verdict
@@ -65,9 +64,13 @@ def judged(doubting: int, of: int, *, effects: bool = True, rises: bool = True) 
     named = tuple(one.named for one in common)
     rise: Any = SimpleNamespace(words="it rises", hides=False)
     rising = [rise if rises else None, *[None] * (of - 1)]
-    cases = [VerdictInput(POSED, named, True, size, (), LEFT, one) for size, one in zip(sizes, rising, strict=True)]
     tests: Any = [SimpleNamespace(clean=False, why=(f"why {i}",)) for i in range(of)]
-    return PooledVerdict.judge(common, cases, [BASE] * of, tests)
+    before_nT, after_nT = BASE * POSED.sigma_nT, LEFT * POSED.sigma_nT
+    cases = [
+        Explanation(POSED, named, True, size, (), before_nT, after_nT, *each)
+        for size, *each in zip(sizes, tests, rising, strict=True)
+    ]
+    return PooledVerdict.judge(common, cases)
 
 
 @pytest.mark.parametrize(("doubting", "of", "stands"), [(0, 3, True), (1, 3, True), (2, 4, False), (1, 2, False)])
