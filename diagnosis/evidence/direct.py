@@ -179,10 +179,10 @@ def _isolated(problem: LinearProblem, lattices: Lattices, residual: Array) -> Ma
 def find_burst_peaks(problem: LinearProblem, left_nT: Array) -> Mask:
     """Mask (n, 3) of the highest value of every burst in the base's residual (n, 3), or in the strength.
 
-    A burst lasts 2 to `most_burst` samples, each `never_sigma` from the local median while the median of the deviations
-    is small: a passed body, or a base that does not fit, is no burst. A deviation of the strength, which no turn
-    causes, may last one sample unless between two pauses. Without attitude the affected axis is the farthest from the
-    line between the ends of the burst.
+    A burst lasts 2 to `most_burst` samples, each `never_sigma` from the local median, while both samples beside the
+    burst and the median of the deviations are near: a fast turn, a passed body, or a base that does not fit, is no
+    burst. A deviation of the strength, which no turn causes, may last one sample unless between two pauses. Without
+    attitude the affected axis is the farthest from the line between the ends of the burst.
     """
     found, policy, by_strength = np.zeros(left_nT.shape, bool), problem.policy, problem.mode == "strength"
     seen_nT = problem.off_strength_nT if by_strength else left_nT
@@ -197,9 +197,16 @@ def find_burst_peaks(problem: LinearProblem, left_nT: Array) -> Mask:
     for column, far in enumerate(stands_out.T):
         for first, end in runs(far):
             at = first + int(np.argmax(off[first:end, column]))
-            if least[at] <= end - first <= policy.most_burst:
+            sharp = _ends_sharply(off[:, column], first, end, policy)
+            if sharp and least[at] <= end - first <= policy.most_burst:
                 found[at, _farthest(problem.recording.mag_nT, first, end, at) if by_strength else column] = True
     return found
+
+
+def _ends_sharply(off: Array, first: int, end: int, policy: Policy) -> bool:
+    """Whether the samples beside a run of distances (n,) are near; those beside a crest are not."""
+    beside = [*off[first - 1 : first], *off[end : end + 1]]
+    return max(beside, default=0.0) < max(policy.far_larger, policy.quarter * off[first:end].max())
 
 
 def _off_strength(problem: LinearProblem, left_nT: Array) -> Mask:

@@ -58,11 +58,12 @@ def test_a_clock_that_errs_now_and_then_makes_no_wrong_values() -> None:
 
 
 def test_the_crests_of_a_wave_are_no_wrong_values() -> None:
-    """A wave of the strength that now and then rises far above the noise: its crests have no quiet neighbours."""
+    """A wave that is there now and then has no quiet neighbours, one crest of it has high shoulders."""
     given, samples = recording(8000), np.arange(8000)
-    wave_nT = 8 * NOISE_NT * np.sin(2 * np.pi * samples / 9) * (samples % 400 < 60)
-    share = 1 + wave_nT / np.linalg.norm(given.mag_nT, axis=1)
-    assert direct_evidence(problem(replace(given, mag_nT=given.mag_nT * share[:, None]))) == []
+    for height, period, length in ((8, 9, 60), (12, 14, 7)):
+        wave_nT = height * NOISE_NT * np.sin(2 * np.pi * (samples % 400) / period) * (samples % 400 < length)
+        share = 1 + wave_nT / np.linalg.norm(given.mag_nT, axis=1)
+        assert direct_evidence(problem(replace(given, mag_nT=given.mag_nT * share[:, None]))) == []
 
 
 def _rounded(model: tuple[Effect, ...] = (), policy: Policy = STANDARD):  # type: ignore[no-untyped-def]
