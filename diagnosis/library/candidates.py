@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -17,9 +17,6 @@ from sim.effects.base import PLAIN, Effect
 from sim.effects.parameters import ACTIVE_WINDOW, Window
 from sim.state import State
 from validation.signals.neighbours import as_iron_sees
-
-BY_SAMPLE = frozenset({"time_s", "pos_enu_m", "R_wb", "rate_rad_s", "field_nT", "field_rate_nT_s"})
-"""Fields of a state with a value for every sample, besides the channels."""
 
 HEADROOM = 10.0
 """Ratio of the bound of a wave's amplitude to the largest amplitude kept without shortening the wave."""
@@ -96,11 +93,8 @@ class Candidate:
         """
         state = problem.state
         if self.effect.traits.correlates_noise:
-            parts = (
-                self._contribution(select_samples(state, section), problem.integrated_nT[section])
-                for section in problem.sections
-            )
-            return np.concatenate(list(parts))
+            sections = [(select_samples(state, each), problem.integrated_nT[each]) for each in problem.sections]
+            return np.concatenate([self._contribution(*section) for section in sections])
         if not (self.effect.continuous and problem.mode == "vector"):
             return self._contribution(state, problem.input_nT(self.effect))
         iron_nT, read_nT = problem.clean_nT - problem.beyond_nT, problem.neighbour_nT
@@ -110,11 +104,11 @@ class Candidate:
         """Columns (n, 3, k): of the linear parameters, at two phases a quarter period apart, or of small tangents."""
         given, phases = dict(self.nonlinear), [{self.phase: 0.0}, {self.phase: 90.0}] if self.phase else [{}]
         if self.effect.linear:
-            plain = [self.effect.basis(state, signal, (PLAIN,), **{**given, **phase}) for phase in phases]
-            fuller = [self.effect.basis(state, signal, self.forms, **{**given, **phases[0]})] if self.forms else []
-            return _side_by_side([*map(self.seen, plain), *fuller])
+            plain = [self.seen(self.effect.basis(state, signal, (PLAIN,), **given | phase)) for phase in phases]
+            fuller = [self.effect.basis(state, signal, self.forms, **given | phases[0])] if self.forms else []
+            return _side_by_side(plain + fuller)
         small = [{name: value} for name, values in self.effect.tangents.items() for value in values] or [{}]
-        effects, rng = (self.effect(**{**given, **values}) for values in small), np.random.default_rng(0)
+        effects, rng = (self.effect(**given | values) for values in small), np.random.default_rng(0)
         return np.stack([effect.contribution(state, signal, rng, {}) for effect in effects], axis=2)
 
     def seen(self, axes: Array) -> Array:
@@ -125,9 +119,9 @@ class Candidate:
     def bounds(self) -> Array:
         """Lower and upper bound (., 2) of each linear parameter."""
         of = {p.name: (p.low, p.high) for p in self.effect.parameters()}
-        if self.effect.tangents:
-            return np.array([of[name] for name, small in self.effect.tangents.items() for _ in small])
-        return np.array([of[name] for name, _ in self.effect.linear_units((PLAIN, *self.forms))]).reshape(-1, 2)
+        tangents = [name for name, small in self.effect.tangents.items() for _ in small]
+        names = tangents or [name for name, _ in self.effect.linear_units((PLAIN, *self.forms))]
+        return np.array([of[name] for name in names]).reshape(-1, 2)
 
     def to_effect(self, c: Array) -> Effect:
         """The effect with fitted coefficients (k,), clipped to its bounds."""
@@ -193,9 +187,9 @@ def _side_by_side(parts: list[Array]) -> Array:
 
 def select_samples(state: State, samples: slice) -> State:
     """A slice of the samples of a state."""
-    cut = {f.name: getattr(state, f.name) for f in fields(state)}
-    cut |= {name: value[samples] for name, value in cut.items() if name in BY_SAMPLE}
-    return State(**cut | {"channels": {name: value[samples] for name, value in state.channels.items()}})
+    by_sample = ("time_s", "pos_enu_m", "R_wb", "rate_rad_s", "field_nT", "field_rate_nT_s")
+    cut: dict[str, Any] = {name: getattr(state, name)[samples] for name in by_sample}
+    return replace(state, **cut, channels={name: value[samples] for name, value in state.channels.items()})
 
 
 def amplitude_and_phase(parts: Array) -> tuple[Array, float]:
@@ -211,10 +205,19 @@ def amplitude_and_phase(parts: Array) -> tuple[Array, float]:
 def propose_candidates(problem: LinearProblem, without: frozenset[str] = frozenset()) -> dict[str, list[Candidate]]:
     """Candidates of every effect with recorded inputs, at the values that the effect's class lists.
 
-    without : names of effects left out.
+    Every combination of listed values, for all motors together and for each. without : names of effects left out.
     """
-    proposed = (effect for effect in EFFECTS if effect.name not in without and _is_proposed(effect, problem))
-    return {effect.name: _settings(effect, problem) for effect in proposed}
+    proposed: dict[str, list[Candidate]] = {}
+    for effect in EFFECTS:
+        if effect.name in without or not _is_proposed(effect, problem):
+            continue
+        grid: dict[str, tuple[Any, ...]] = {name: _above_noise(effect, name, problem) for name in effect.search}
+        if motor := effect.with_role("motor"):
+            motors = problem.state.motors
+            grid[motor] = (0, *motors) if len(motors) > 1 else (0,)
+        several, span = itertools.product(*grid.values()), _span(effect, problem)
+        proposed[effect.name] = [Candidate(effect, tuple(zip(grid, each, strict=True)), span=span) for each in several]
+    return proposed
 
 
 def iron_candidates() -> dict[str, list[Candidate]]:
@@ -232,11 +235,9 @@ def _span(effect: type[Effect], problem: LinearProblem) -> tuple[tuple[float, ..
     """Directions of a field that strength, or strength and dip, show; empty where all are, or for another effect."""
     if problem.mode != "strength" or effect.stage != "field":
         return ()
-    field = problem.state.field_enu_nT / np.linalg.norm(problem.state.field_enu_nT)
-    if problem.level is None:
-        return (tuple(field.tolist()),)
-    level = float(np.hypot(*field[:2]))
-    return ((float(field[0]) / level, float(field[1]) / level, 0.0), (0.0, 0.0, 1.0))
+    field = problem.state.field_enu_nT
+    shown = [field] if problem.level is None else [field * [1, 1, 0], np.array([0.0, 0.0, 1.0])]
+    return tuple(tuple((direction / np.linalg.norm(direction)).tolist()) for direction in shown)
 
 
 def _is_proposed(effect: type[Effect], problem: LinearProblem) -> bool:
@@ -263,13 +264,3 @@ def _above_noise(effect: type[Effect], name: str, problem: LinearProblem) -> tup
         return listed
     least = problem.policy.least_loop * float(problem.sigma_nT.max())
     return tuple(value for value in listed if np.min(value) >= least) or listed[-1:]
-
-
-def _settings(effect: type[Effect], problem: LinearProblem) -> list[Candidate]:
-    """The candidates of an effect at every combination of its listed values, for all motors together and for each."""
-    grid: dict[str, tuple[Any, ...]] = {name: _above_noise(effect, name, problem) for name in effect.search}
-    if motor := effect.with_role("motor"):
-        motors = problem.state.motors
-        grid[motor] = (0, *motors) if len(motors) > 1 else (0,)
-    several, span = itertools.product(*grid.values()), _span(effect, problem)
-    return [Candidate(effect, tuple(zip(grid, values, strict=True)), span=span) for values in several]
