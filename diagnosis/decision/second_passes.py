@@ -13,7 +13,8 @@ from diagnosis.evidence.candidate_result import withdraw_names
 from diagnosis.evidence.reference_checks import pose_without_dip
 from diagnosis.problem.blocks import fit
 from diagnosis.problem.formulation import pose_again, refit_iron
-from diagnosis.problem.linear import LinearProblem, ReferenceCorrection, pauses_after, sample_noise
+from diagnosis.problem.linear import LinearProblem, ReferenceCorrection
+from diagnosis.problem.motion import pauses_after, sample_noise
 from scenarios.arrays import Array
 from validation.signals.amplitude import rms
 

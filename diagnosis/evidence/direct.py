@@ -11,7 +11,8 @@ from scipy.ndimage import median_filter
 
 from diagnosis.evidence.along_field import along_field
 from diagnosis.policy import Policy
-from diagnosis.problem.linear import LinearProblem, held, pauses_after, repeated
+from diagnosis.problem.linear import LinearProblem
+from diagnosis.problem.motion import held, pauses_after, repeated
 from scenarios.arrays import Array
 from scenarios.errors import InputError
 from sim.effects import of_sign

@@ -8,8 +8,8 @@ import numpy as np
 
 from diagnosis.policy import Policy
 from diagnosis.problem.formulation import pose_again
-from diagnosis.problem.given_field import Level
-from diagnosis.problem.linear import LinearProblem, ReferenceCorrection, sample_noise
+from diagnosis.problem.linear import LinearProblem, ReferenceCorrection
+from diagnosis.problem.motion import Level, sample_noise
 from scenarios.arrays import Array
 from sim.rotation import to_body
 from validation.signals.amplitude import column_rms, rms

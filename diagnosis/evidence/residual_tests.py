@@ -15,7 +15,8 @@ from calib.numerics.colour import white_ratios
 from diagnosis.evidence.along_field import within_stated_errors
 from diagnosis.policy import Policy
 from diagnosis.problem.blocks import Cut
-from diagnosis.problem.linear import LinearProblem, sample_noise
+from diagnosis.problem.linear import LinearProblem
+from diagnosis.problem.motion import sample_noise
 from scenarios.arrays import Array
 from sim.effects import of_sign
 from sim.effects.base import Effect

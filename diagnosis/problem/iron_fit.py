@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from diagnosis.policy import Policy
-from diagnosis.problem.given_field import Level
+from diagnosis.problem.motion import Level
 from scenarios.arrays import Array
 
 MOST_STEPS, SETTLED = 60, 1e-9

@@ -3,22 +3,23 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 
-from calib.numerics.noise import SECOND, clipped_mean, white_noise_std
 from diagnosis.policy import STANDARD, Policy
-from diagnosis.problem.given_field import FieldTrack, Level
+from diagnosis.problem.motion import FieldTrack, Level, pauses_after
 from recordings import Recording
 from scenarios.arrays import Array
+from sim.chain import apply_deterministic
 from sim.effects import EFFECTS
 from sim.effects.base import Effect
-from sim.effects.chain_position import chain_position, iron_matrix
+from sim.effects.chain_position import chain_position, insert_effects, iron_matrix
 from sim.effects.kernels import kernel
 from sim.state import State
 from validation.signals.neighbours import by_neighbours
@@ -26,10 +27,15 @@ from validation.signals.neighbours import by_neighbours
 Mode = Literal["vector", "strength"]
 FOLLOWS_CHANNEL = next(effect for effect in EFFECTS if effect.with_role("channel"))
 """The effect that follows any channel."""
+SOFT, HARD = sorted(
+    (effect for effect in EFFECTS if effect.traits.absorbed and effect.stage == "vehicle"),
+    key=lambda effect: effect.traits.constant,
+)
+"""Iron of the vehicle: a matrix, and a constant."""
+STEPS = 4
+"""Steps between the fitted iron and the model's effects behind it: each squares the error of the preceding step."""
 IN_EARTH_FRAME = frozenset({"attitude", "position"})
 """Inputs of effects that are not observable in the strength alone, nor between two magnetometers: common to both."""
-LEAST_NOISE = 1e-6
-"""Least noise in nT, for a vanishing residual."""
 
 
 @dataclass(frozen=True)
@@ -120,7 +126,12 @@ class LinearProblem:
     @property
     def compares_across(self) -> bool:
         """Whether components across the field are compared too, so that attitude errors are observable."""
-        return self.level is not None or (self.mode == "vector" and not self.still and not self.relative)
+        return self.level is not None or self.along_attitude
+
+    @property
+    def along_attitude(self) -> bool:
+        """Whether the axes are compared along a recorded attitude: not at rest, nor beside a reference."""
+        return self.mode == "vector" and not (self.still or self.relative)
 
     @property
     def fitted(self) -> int:
@@ -137,19 +148,15 @@ class LinearProblem:
     def integrated_nT(self) -> Array:
         """Prediction (n, 3) of the base, integrated from the field's rate within each section between pauses."""
         rate = self.state.field_rate_nT_s @ self.turn.T
-        parts = [
-            self.clean_nT[section.start]
-            + cumulative_trapezoid(rate[section], self.state.time_s[section], axis=0, initial=0.0)
-            for section in self.sections
-        ]
-        return np.concatenate(parts)
+        parts = ((self.clean_nT[one.start], rate[one], self.state.time_s[one]) for one in self.sections)
+        each = [start_nT + cumulative_trapezoid(r, time_s, axis=0, initial=0.0) for start_nT, r, time_s in parts]
+        return np.concatenate(each)
 
     @cached_property
     def neighbour_nT(self) -> Array:
         """Prediction (n, 3) of the base from neighbouring samples, independent of a sample's own attitude error.
 
-        The residual contains the sample's attitude error: an effect sensitive to small changes, as hysteresis at rest,
-        would fit the error.
+        An effect sensitive to small changes, as hysteresis at rest, would fit that error, which the residual contains.
         """
         return by_neighbours(self.clean_nT, self.state.time_s, self.policy.far_sigma * self.sigma_nT)
 
@@ -165,7 +172,7 @@ class LinearProblem:
         """Whether the sensor is known to turn in the field."""
         field_nT = self.state.field_nT
         spread = np.linalg.norm(field_nT.std(axis=0)) / np.linalg.norm(field_nT[0])
-        return self.level is None and self.compares_across and bool(spread > self.policy.still_spread)
+        return self.along_attitude and bool(spread > self.policy.still_spread)
 
     @cached_property
     def direction(self) -> Array:
@@ -195,9 +202,7 @@ class LinearProblem:
         Contributions to the Earth's field pass the fitted iron, all others the model's effects behind their place:
         fitted differences from the model count as vehicle iron, as does all iron without a model.
         """
-        if effect.stage == "field":
-            return self.turn
-        return iron_matrix(self.effects[chain_position(self.effects, effect.name) :], self.state)
+        return self.turn if effect.stage == "field" else self._iron_about(effect)[1]
 
     def input_nT(self, effect: type[Effect]) -> Array:
         """Input signal (n, 3) of an effect: for sensor and electronics, the prediction of the base.
@@ -206,8 +211,26 @@ class LinearProblem:
         """
         if effect.stage not in ("field", "vehicle"):
             return self.clean_nT
-        ahead = iron_matrix(self.effects[: chain_position(self.effects, effect.name)], self.state)
-        return np.asarray(self.state.field_nT @ ahead.T)
+        return np.asarray(self.state.field_nT @ self._iron_about(effect)[0].T)
+
+    def _iron_about(self, effect: type[Effect]) -> tuple[Array, Array]:
+        """Matrices (3, 3) of the model's iron ahead of an effect's place in the chain, and behind."""
+        place = chain_position(self.effects, effect.name)
+        return iron_matrix(self.effects[:place], self.state), iron_matrix(self.effects[place:], self.state)
+
+    @cached_property
+    def fitted_iron(self) -> tuple[Effect, Effect]:
+        """Soft and hard iron that, inserted into the model's chain, make its iron equivalent to the fitted base.
+
+        ``turn = B (I + S) A`` with the model's axes A ahead of the soft iron S and B behind. Clipped to their bounds,
+        which a direction hardly shown by the motion may exceed.
+        """
+        ahead, behind = self._iron_about(SOFT)
+        soft = _within_bounds(SOFT, np.linalg.inv(behind) @ self.turn @ np.linalg.inv(ahead) - np.eye(3))
+        iron = insert_effects([effect for effect in self.effects if effect.traits.absorbed], [soft])
+        modelled_nT = apply_deterministic(iron, self.state)[0].mean(axis=0)
+        missing_nT = self.offset_nT + self.turn @ self.state.field_nT.mean(axis=0) - modelled_nT
+        return soft, _within_bounds(HARD, np.linalg.inv(self.matrix_behind(HARD)) @ missing_nT)
 
     def whitened(self, contribution_nT: Array, effect: type[Effect] | None = None) -> Array:
         """Columns E (n, q, k) of contributions (n, 3, k) at an effect's place in the chain, in units of the noise.
@@ -239,46 +262,26 @@ class LinearProblem:
         return replace(self, base=base, target=self.target * keep[:, None], usable=keep)
 
 
-def pauses_after(time_s: Array, policy: Policy) -> NDArray[np.intp]:
-    """Indices of samples at times (n,) followed by a pause of more than `pause` intervals."""
-    step = np.diff(time_s)
-    return np.flatnonzero(step > policy.pause * np.median(step))
+def _within_bounds(iron: type[Effect], values: Array) -> Effect:
+    parameter = iron.parameters()[0]
+    value: Any = np.clip(values, parameter.low, parameter.high).tolist()
+    return iron(**{parameter.name: value})
 
 
-def sample_noise(residual: Array, gaps: NDArray[np.intp] | None = None) -> Array:
-    """White noise (q,) of a residual (n, q) without motion, at least `LEAST_NOISE`.
+def about_model_effects(pose: Callable[[Array | float], LinearProblem]) -> LinearProblem:
+    """The problem about what the model's effects add (n, 3) beyond its iron, each behind the fitted iron.
 
-    gaps : indices of samples followed by a gap.
+    Effects without recorded inputs, random effects and effects of the converter are left out.
     """
-    return np.maximum(white_noise_std(residual, gaps, orders=SECOND, pooled=clipped_mean), LEAST_NOISE)
-
-
-def repeated(mag_nT: Array) -> NDArray[np.bool_]:
-    """Mask (n,) of rows of values (n, 3) equal to the row before."""
-    return np.asarray(np.concatenate([[False], (mag_nT[1:] == mag_nT[:-1]).all(axis=1)]), dtype=np.bool_)
-
-
-def held(mag_nT: Array, residual: Array, policy: Policy) -> NDArray[np.bool_]:
-    """Mask (n,) of repeated rows, where more frequent than rounding explains; residual (n, q): without motion.
-
-    Two values with noise s round to one step d of a lattice with probability ``d / (2 sqrt(pi) s)``, at most 1.
-    """
-    again = repeated(mag_nT)
-    if np.count_nonzero(again) < policy.least_spikes:
-        return np.zeros(len(mag_nT), np.bool_)
-    steps = np.array([np.diff(np.unique(axis)).min(initial=np.inf) for axis in mag_nT.T])
-    chance = float(np.prod(np.minimum(1.0, steps / (2 * np.sqrt(np.pi) * sample_noise(residual)))))
-    return again & (float(again.mean()) > policy.much_larger * chance)
-
-
-def noise_of_neighbours(residual: Array, mag_nT: Array, time_s: Array, policy: Policy) -> Array:
-    """White noise (q,) of a residual (n, q) without motion, from rows that are not repeated, and not across pauses.
-
-    From all rows where too few are new: a noiseless vehicle at rest repeats every row.
-    """
-    fresh = ~held(mag_nT, residual, policy)
-    sigma = sample_noise(residual[fresh], pauses_after(time_s[fresh], policy))
-    return sigma if np.isfinite(sigma).all() else sample_noise(residual, pauses_after(time_s, policy))
+    problem = pose(0.0)
+    known = [each for each in problem.effects if not (problem.missing_inputs(each) or each.traits.converter)]
+    beyond_iron = any(not effect.traits.absorbed and not effect.stochastic for effect in known)
+    for _ in range(STEPS if beyond_iron else 0):
+        chain = insert_effects(known, problem.fitted_iron)
+        both = (chain, [effect for effect in chain if effect.traits.absorbed])
+        with_effects_nT, iron_nT = (apply_deterministic(effects, problem.state)[0] for effects in both)
+        problem = pose(with_effects_nT - iron_nT)
+    return problem
 
 
 @kernel

@@ -2,22 +2,162 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+import datetime
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import CubicSpline, PchipInterpolator
 
+from calib.numerics.noise import SECOND, clipped_mean, white_noise_std
 from calib.numerics.rates import body_rate, smoothed_derivative
 from diagnosis.policy import Policy
-from diagnosis.problem.given_field import FieldTrack
-from diagnosis.problem.linear import repeated, sample_noise
 from recordings import Recording
 from recordings.assemble import scalars_of
-from recordings.channels import current_name
+from recordings.channels import ALTITUDE, LATITUDE, LONGITUDE, current_name
 from scenarios.arrays import Array
+from scenarios.errors import InputError
+from scenarios.spec import FieldSpec
+from sim.field import earth_field_along
 from sim.rotation import cross, matrix_from_q, to_body
 from sim.state import State
+
+NODES = 2000
+"""Number of places at most at which the field model is evaluated; values between are interpolated."""
+HIGHEST_M = 4e7
+"""Altitude above any satellite with magnetic attitude control."""
+ANY_DATE = datetime.date(2025, 1, 1)
+"""Date for an undated field: differences between places 500 km apart change by up to about 5 nT a year."""
+LEAST_NOISE = 1e-6
+"""Least noise in nT, for a vanishing residual."""
+
+
+@dataclass(frozen=True)
+class FieldTrack:
+    """The field model (3,) east, north, up in nT at the middle place, and its change (n, 3) along the track."""
+
+    field_enu_nT: Array
+    change_enu_nT: Array
+
+    @classmethod
+    def of(cls, recording: Recording, field: FieldSpec | None) -> FieldTrack | None:
+        """The track of a recording with the model's field; rows without a place are interpolated.
+
+        None without latitude and longitude. For a recorded altitude alone, latitude and longitude are the field's own,
+        if given by place: the field of a balloon falls by some 20 nT in a kilometre. The middle is then the field's own
+        place. Raises InputError for values that are no place.
+        """
+        places, middle = _places(recording, field)
+        known = np.flatnonzero(np.isfinite(places).all(axis=1))
+        if not len(known):
+            return None
+        _check(places, known)
+        middle = places[known[len(known) // 2]] if middle is None else middle
+        nodes = known[np.unique(np.linspace(0, len(known) - 1, NODES).astype(int))]
+        date = ANY_DATE if field is None or field.date is None else field.date
+        here, *there = earth_field_along(np.vstack([middle, places[nodes]]), date)
+        changes, at_s = np.array(there) - here, recording.time_s[nodes]
+        if len(nodes) == 1:
+            changes, at_s = np.repeat(changes, 2, axis=0), at_s + np.arange(2.0)
+        # a cubic without overshoot, constant outside
+        return cls(here, PchipInterpolator(at_s, changes)(np.clip(recording.time_s, at_s[0], at_s[-1])))
+
+    @property
+    def change_nT(self) -> Array:
+        """Change (n,) of the field's strength along the track."""
+        here = self.field_enu_nT
+        return np.asarray(np.linalg.norm(here + self.change_enu_nT, axis=1) - np.linalg.norm(here))
+
+    def at(self, samples: NDArray[np.bool_]) -> FieldTrack:
+        """The track at selected samples."""
+        return replace(self, change_enu_nT=self.change_enu_nT[samples])
+
+
+def _places(recording: Recording, field: FieldSpec | None) -> tuple[Array, Array | None]:
+    """Latitude, longitude and altitude (n, 3), NaN where unknown; the field's own place (3,) where used."""
+    there, n = recording.channels, len(recording)
+    if LATITUDE in there and LONGITUDE in there:
+        return np.column_stack([there[LATITUDE], there[LONGITUDE], there.get(ALTITUDE, np.zeros(n))]), None
+    if field is None or field.latitude_deg is None or field.longitude_deg is None or ALTITUDE not in there:
+        return np.full((n, 3), np.nan), None
+    own = np.array([field.latitude_deg, field.longitude_deg, field.altitude_m])
+    return np.column_stack([np.full((n, 2), own[:2]), there[ALTITUDE]]), own
+
+
+def _check(places: Array, known: NDArray[np.intp]) -> None:
+    """InputError for latitudes, longitudes or altitudes of known rows out of range."""
+    low, high = np.array([-90.0, -180.0, -12e3]), np.array([90.0, 360.0, HIGHEST_M])
+    for name, values, a, b in zip((LATITUDE, LONGITUDE, ALTITUDE), places[known].T, low, high, strict=True):
+        wrong = (values < a) | (values > b)
+        if wrong.any():
+            what = f"{name} {values[wrong][0]:g} in row {known[np.argmax(wrong)]} is not between {a:g} and {b:g}"
+            raise InputError(what, where="recording", do="leave rows without a place empty, or rename the column")
+
+
+@dataclass(frozen=True, eq=False)
+class Level:
+    """Unit vectors down (n, 3) in the body frame, the given field (3,) east, north, up, and its dip (n,) in rad."""
+
+    down: Array
+    field_enu_nT: Array
+    dip_rad: Array
+
+    @classmethod
+    def of(cls, R_wb: Array, field_enu_nT: Array, policy: Policy, track: FieldTrack | None = None) -> Level | None:
+        """Down vectors from attitudes (n, 3, 3), independent of the heading; None for a nearly vertical field.
+
+        The dip changes along a track.
+        """
+        if np.hypot(*field_enu_nT[:2]) <= policy.trace * np.linalg.norm(field_enu_nT):
+            return None
+        east, north, up = (np.zeros((len(R_wb), 3)) + field_enu_nT + (0.0 if track is None else track.change_enu_nT)).T
+        return cls(-R_wb[:, 2], field_enu_nT, np.arctan2(-up, np.hypot(east, north)))
+
+    def at(self, samples: NDArray[np.bool_]) -> Level:
+        """The level at selected samples."""
+        return replace(self, down=self.down[samples], dip_rad=self.dip_rad[samples])
+
+
+def pauses_after(time_s: Array, policy: Policy) -> NDArray[np.intp]:
+    """Indices of samples at times (n,) followed by a pause of more than `pause` intervals."""
+    step = np.diff(time_s)
+    return np.flatnonzero(step > policy.pause * np.median(step))
+
+
+def sample_noise(residual: Array, gaps: NDArray[np.intp] | None = None) -> Array:
+    """White noise (q,) of a residual (n, q) without motion, at least `LEAST_NOISE`.
+
+    gaps : indices of samples followed by a gap.
+    """
+    return np.maximum(white_noise_std(residual, gaps, orders=SECOND, pooled=clipped_mean), LEAST_NOISE)
+
+
+def repeated(mag_nT: Array) -> NDArray[np.bool_]:
+    """Mask (n,) of rows of values (n, 3) equal to the row before."""
+    return np.asarray(np.concatenate([[False], (mag_nT[1:] == mag_nT[:-1]).all(axis=1)]), dtype=np.bool_)
+
+
+def held(mag_nT: Array, residual: Array, policy: Policy) -> NDArray[np.bool_]:
+    """Mask (n,) of repeated rows, where more frequent than rounding explains; residual (n, q): without motion.
+
+    Two values with noise s round to one step d of a lattice with probability ``d / (2 sqrt(pi) s)``, at most 1.
+    """
+    again = repeated(mag_nT)
+    if np.count_nonzero(again) < policy.least_spikes:
+        return np.zeros(len(mag_nT), np.bool_)
+    steps = np.array([np.diff(np.unique(axis)).min(initial=np.inf) for axis in mag_nT.T])
+    chance = float(np.prod(np.minimum(1.0, steps / (2 * np.sqrt(np.pi) * sample_noise(residual)))))
+    return again & (float(again.mean()) > policy.much_larger * chance)
+
+
+def noise_of_neighbours(residual: Array, mag_nT: Array, time_s: Array, policy: Policy) -> Array:
+    """White noise (q,) of a residual (n, q) without motion, from rows that are not repeated, and not across pauses.
+
+    From all rows where too few are new: a noiseless vehicle at rest repeats every row.
+    """
+    fresh = ~held(mag_nT, residual, policy)
+    sigma = sample_noise(residual[fresh], pauses_after(time_s[fresh], policy))
+    return sigma if np.isfinite(sigma).all() else sample_noise(residual, pauses_after(time_s, policy))
 
 
 def measured(recording: Recording) -> frozenset[str]:

@@ -9,11 +9,9 @@ import numpy as np
 
 from calib.numerics.rates import body_rate
 from diagnosis.policy import Policy
-from diagnosis.problem.given_field import FieldTrack, Level
 from diagnosis.problem.iron_fit import LEAST_LEVEL, compared, fit_iron
-from diagnosis.problem.linear import LinearProblem, noise_of_neighbours
-from diagnosis.problem.model_effects import about_model_effects
-from diagnosis.problem.motion import measured, state_of
+from diagnosis.problem.linear import LinearProblem, about_model_effects
+from diagnosis.problem.motion import FieldTrack, Level, measured, noise_of_neighbours, state_of
 from diagnosis.problem.sensors import measured_strength
 from recordings import Recording
 from scenarios.arrays import Array

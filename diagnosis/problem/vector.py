@@ -9,10 +9,8 @@ import numpy as np
 
 from calib.numerics.rates import body_rate, smoothed_derivative
 from diagnosis.policy import Policy
-from diagnosis.problem.given_field import FieldTrack
-from diagnosis.problem.linear import IN_EARTH_FRAME, LinearProblem, held, noise_of_neighbours, sample_noise
-from diagnosis.problem.model_effects import about_model_effects
-from diagnosis.problem.motion import measured, motion_of, state_of
+from diagnosis.problem.linear import IN_EARTH_FRAME, LinearProblem, about_model_effects
+from diagnosis.problem.motion import FieldTrack, held, measured, motion_of, noise_of_neighbours, sample_noise, state_of
 from recordings import Recording
 from recordings.channels import REFERENCE
 from scenarios.arrays import Array

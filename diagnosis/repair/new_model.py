@@ -13,7 +13,6 @@ import numpy as np
 
 from diagnosis.problem.formulation import simulated_nT
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.problem.model_effects import fitted_iron
 from diagnosis.repair.refinement import chain_residual, fit_iron_with_effects, refine
 from diagnosis.result import NamedEffect
 from recordings import Recording
@@ -58,7 +57,7 @@ def patch_model(model: Model, named: Sequence[NamedEffect], problem: LinearProbl
     a vehicle becomes a `StandIn`, which the simulator can run.
     """
     new = [effect for cause in named for effect in cause.effects]
-    iron = () if problem.iron_known else fitted_iron(fit_iron_with_effects(problem, new))
+    iron = () if problem.iron_known else fit_iron_with_effects(problem, new).fitted_iron
     given = insert_effects(problem.effects, iron)
     if not any(effect.traits.sign == "white" for effect in given):
         # without a heading the second quantity is the dip, which has the noise of roll and pitch too

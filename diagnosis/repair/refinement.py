@@ -12,7 +12,6 @@ from calib.numerics.squares import SAME, Squares
 from diagnosis.evidence.noise_model import NoiseModel
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.problem.model_effects import fitted_iron
 from diagnosis.problem.strength import strength_problem
 from diagnosis.problem.vector import fit_matrix, robust_fit
 from scenarios.arrays import Array
@@ -43,7 +42,7 @@ def predict(problem: LinearProblem, new: Sequence[Effect]) -> Array:
 
 
 def _with_iron(problem: LinearProblem) -> tuple[Effect, ...]:
-    return problem.effects if problem.iron_known else insert_effects(problem.effects, fitted_iron(problem))
+    return problem.effects if problem.iron_known else insert_effects(problem.effects, problem.fitted_iron)
 
 
 def chain_residual(

@@ -21,7 +21,7 @@ DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not 
 GUARDS = {
     "formulation.py": {"NOMINAL_NT"},
     "reference_checks.py": {"MISREAD", "LEAST_SHOWN_NT"},
-    "given_field.py": {"NODES", "ANY_DATE", "HIGHEST_M"},
+    "motion.py": {"NODES", "ANY_DATE", "HIGHEST_M", "LEAST_NOISE"},
     "vector.py": {"FIELD_ERROR", "DELAY_S", "STEPS"},
     "strength.py": {"TURN_STEP_S"},
     "late_attitude.py": {"FARTHEST", "SETTLED_S"},
@@ -38,7 +38,7 @@ GUARDS = {
         "DIP_ERROR_RAD",
         "LEAST_NOISE",
     },
-    "linear.py": {"LEAST_NOISE"},
+    "linear.py": {"STEPS"},
     "coefficients.py": {"OPEN"},
     "common_effects.py": {"STEP"},
     "candidates.py": {"HEADROOM"},
@@ -56,7 +56,6 @@ GUARDS = {
     "sentence.py": {"LISTED_CHANNELS"},
     "refinement.py": {"STEPS", "ROUNDS", "CHAINS", "IMPOSSIBLE"},
     "squares.py": {"SAME", "SMALLEST_STEP", "DIFFERENCE", "FLOOR", "ROWS"},
-    "model_effects.py": {"STEPS"},
     "noise_model.py": {"LEAST_POWER", "ROUNDS", "LEAST_WHITE", "LEAST_SLOW"},
 }
 """Constants that decide nothing: efforts and scales of a computation, theory, and how much is listed."""

@@ -15,7 +15,7 @@ from diagnosis.evidence.held_out import judge_candidate
 from diagnosis.library.candidates import Candidate, propose_candidates
 from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose
-from diagnosis.problem.linear import noise_of_neighbours
+from diagnosis.problem.motion import noise_of_neighbours
 from recordings import Recording
 from scenarios.arrays import Array
 from sim.effects.dynamics import Latency

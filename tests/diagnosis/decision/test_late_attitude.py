@@ -23,9 +23,8 @@ from diagnosis.evidence.baseline import Baseline
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose
-from diagnosis.problem.given_field import FieldTrack
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.problem.motion import attitude_course
+from diagnosis.problem.motion import FieldTrack, attitude_course
 from diagnosis.result import Diagnosis
 from diagnosis.verdict import Verdict
 from diagnosis.workflow import diagnose

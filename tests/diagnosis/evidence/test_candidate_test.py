@@ -24,8 +24,8 @@ from diagnosis.evidence.noise_model import NoiseModel
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose
-from diagnosis.problem.given_field import Level
 from diagnosis.problem.linear import LinearProblem
+from diagnosis.problem.motion import Level
 from scenarios.arrays import Array
 from sim.effects.currents import MotorCurrent
 from sim.effects.iron import HardIron, HardIronDrift

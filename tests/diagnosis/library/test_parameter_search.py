@@ -14,8 +14,8 @@ from diagnosis.library.dipole_position import ThinnedPath
 from diagnosis.library.parameter_search import SEARCHES, refine_between_neighbours, search_parameters, step_gains
 from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose
-from diagnosis.problem.given_field import Level
 from diagnosis.problem.linear import LinearProblem
+from diagnosis.problem.motion import Level
 from recordings import Recording
 from scenarios.arrays import Array
 from sim.effects import EFFECTS

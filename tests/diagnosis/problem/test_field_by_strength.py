@@ -9,7 +9,7 @@ import pytest
 
 from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose
-from diagnosis.problem.given_field import Level
+from diagnosis.problem.motion import Level
 from diagnosis.workflow import diagnose
 from sim.effects.earth import DiurnalDrift
 from sim.rotation import matrix_from_q

@@ -11,9 +11,8 @@ from scipy.spatial.transform import Rotation
 
 from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose, pose_again, pose_model
-from diagnosis.problem.given_field import FieldTrack
 from diagnosis.problem.linear import LinearProblem, ReferenceCorrection
-from diagnosis.problem.motion import quieter_rate
+from diagnosis.problem.motion import FieldTrack, quieter_rate
 from diagnosis.problem.vector import with_attitude_std
 from diagnosis.repair.refinement import chain_residual
 from scenarios.errors import InputError

@@ -9,7 +9,7 @@ import pytest
 
 from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose
-from diagnosis.problem.linear import held, pauses_after
+from diagnosis.problem.motion import held, pauses_after
 from sim.chain import apply_deterministic
 from sim.effects import EFFECTS
 from sim.effects.base import Effect

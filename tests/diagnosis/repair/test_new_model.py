@@ -10,8 +10,8 @@ import pytest
 
 from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose
-from diagnosis.problem.given_field import Level
 from diagnosis.problem.linear import LinearProblem, ReferenceCorrection
+from diagnosis.problem.motion import Level
 from diagnosis.repair.new_model import lines_of_diff, patch_model, written_model
 from diagnosis.repair.refinement import refine
 from diagnosis.result import EvidenceKind, NamedEffect

@@ -11,7 +11,6 @@ import pytest
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import STANDARD
-from diagnosis.problem.model_effects import fitted_iron
 from diagnosis.repair.refinement import chain_residual, determined, predict, refine
 from scenarios.arrays import Array
 from scenarios.errors import InputError
@@ -160,7 +159,7 @@ def test_a_correction_of_the_iron_turns_what_is_ahead_of_it_or_follows_the_field
 
 def test_iron_is_brought_into_its_bounds() -> None:
     """A direction that a motion hardly shows has any coefficient."""
-    soft, _ = fitted_iron(replace(problem(), turn=np.diag([1.0, 1.0, -1e3])))
+    soft, _ = replace(problem(), turn=np.diag([1.0, 1.0, -1e3])).fitted_iron
     assert soft.coefficients().reshape(3, 3) == pytest.approx(np.diag([0.0, 0.0, SoftIron.parameters()[0].low]))
 
 

@@ -16,8 +16,8 @@ from diagnosis.evidence.noise_model import NoiseModel
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose
-from diagnosis.problem.given_field import Level
 from diagnosis.problem.linear import LinearProblem
+from diagnosis.problem.motion import Level
 from diagnosis.several.coefficients import CoefficientEstimate
 from diagnosis.several.pooled_test import CandidateInRecording, PooledCandidate, columns_in, cross_predicted
 from scenarios.arrays import Array
