@@ -139,7 +139,10 @@ def run_three(trial: Three, policy: Policy = STANDARD) -> dict[str, Any]:
 
 def _names(found: PooledDiagnosis) -> list[Any]:
     return [
-        (one.name, list(one.named.alternatives), one.named.kind, one.transfer, one.p, one.named.nats, one.named.rivals)
+        (
+            *(one.name, list(one.named.alternatives), one.named.kind, one.transfer),
+            *(None if one.agreement is None else one.agreement.p, one.named.nats, one.named.rivals),
+        )
         for one in found.common
     ]
 

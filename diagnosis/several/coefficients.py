@@ -75,6 +75,10 @@ class Agreement:
     p: float
 
 
+NOT_COMPARED = Agreement(np.zeros(0), np.zeros((0, 0)), 0.0, 0, 1.0)
+"""The agreement of no estimates."""
+
+
 def agreement(estimates: Sequence[CoefficientEstimate], form: float, known: int | None = None) -> Agreement:
     """Pool estimates into common coefficients, and test the differences.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
@@ -24,7 +24,8 @@ from diagnosis.several.coefficients import (
     inverse,
     size_ratios,
 )
-from diagnosis.several.transfer import PooledEffect, Presence, transfer_of
+from diagnosis.several.pooled_effect import PooledEffect, Presence
+from diagnosis.several.transfer import transfer_of
 from scenarios.arrays import Array
 from sim.effects import EFFECTS
 from sim.effects.base import Effect
@@ -32,33 +33,29 @@ from validation.signals.amplitude import rms
 
 STEP = 1e-3
 """Step of a coefficient over its standard deviation, and of a listed value over itself, for a finite difference."""
+Fits = Mapping[int, tuple[CoefficientEstimate, float, float]]
+"""Coefficients of an effect with nats and strength, by index of the recording."""
+Named = TypeVar("Named", AcceptedEffect, NamedEffect)
 
 
 @dataclass(frozen=True)
 class CommonEffect:
     """One effect in n recordings: pooled, in each recording by itself (None: unknown), and the test of agreement.
 
-    chi2, degrees, p: of the differences between recordings; None for effects without fitted coefficients. ratios: size
-    in each recording over the size in all other recordings, with standard deviation.
+    agreement: of the coefficients; None for effects without. ratios: size in each recording over the size in all other
+    recordings, with standard deviation.
     """
 
     named: NamedEffect
     each: tuple[NamedEffect | None, ...]
     presence: tuple[Presence, ...]
-    chi2: float | None = None
-    degrees: int = 0
-    p: float | None = None
+    agreement: Agreement | None = None
     ratios: tuple[tuple[float, float] | None, ...] = ()
 
     @property
     def name(self) -> str:
         """Name of the effect."""
         return self.named.name
-
-    @property
-    def several(self) -> bool:
-        """Whether more than one recording shows the effect."""
-        return self.transfer is not Transfer.SINGLE_RUN
 
     @property
     def transfer(self) -> Transfer:
@@ -68,18 +65,19 @@ class CommonEffect:
 
 def common_effect(effect: PooledEffect, problems: Sequence[LinearProblem], strength: float = 0.0) -> CommonEffect:
     """The parameters of an effect of the pool: pooled, and in each recording by itself."""
-    pooled, c = effect.pooled, effect.agreement.c
-    like = NamedEffect(
-        pooled.candidate.to_effect(c),
-        effect.alternatives,
-        EvidenceKind.HELD_OUT,
-        effect.nats,
-        strength,
+    fits = {i: (effect.estimates[i], one.held_out_gain / one.inflation, one.strength) for i, one in effect.here.items()}
+    return _common(
+        effect.candidate,
+        effect.agreement,
+        fits,
+        [effect.presence.get(i, Presence.NOT_RECORDED) for i in range(len(problems))],
+        problems,
+        alternatives=effect.alternatives,
+        kind=EvidenceKind.HELD_OUT,
+        nats=effect.nats,
+        strength=strength,
         transfer=effect.transfer or Transfer.SINGLE_RUN,
     )
-    fits = {i: (pooled.estimates[i], one.held_out_gain / one.inflation, one.strength) for i, one in pooled.here.items()}
-    presence = tuple(effect.presence.get(i, Presence.NOT_RECORDED) for i in range(len(problems)))
-    return _common(pooled.candidate, like, effect.agreement, fits, presence, problems)
 
 
 def with_common_rivals(common: CommonEffect, problems: Sequence[LinearProblem]) -> CommonEffect:
@@ -96,27 +94,29 @@ def common_iron_changes(
 
     The mean of a wander differs from run to run.
     """
-    policy, common = problems[0].policy, []
+    policy, n, common = problems[0].policy, len(problems), []
     for changes in _by_name(changes_of_each).values():
         fits = {i: (_estimate(one.evidence), one.evidence.nats, one.evidence.strength) for i, one in changes.items()}
         estimates, nats, strengths = zip(*fits.values(), strict=True)
         if cross_predicted_gain(estimates) > policy.accepted_pooled(len(EFFECTS)):
             agree = agreement(estimates, policy.same_coefficient)
-            candidate = changes[min(changes)].evidence.candidate
-            like = NamedEffect(
-                candidate.to_effect(agree.c),
-                in_all([change.alternatives for change in changes.values()]),
-                EvidenceKind.IRON,
-                sum(nats),
-                rms(strengths),
-                transfer=transfer_of(agree.p > policy.not_transferred_alarm, len(fits), len(problems)),
+            effect = _common(
+                changes[min(changes)].evidence.candidate,
+                agree,
+                fits,
+                _presences(fits, n),
+                problems,
+                alternatives=in_all([change.alternatives for change in changes.values()]),
+                kind=EvidenceKind.IRON,
+                nats=sum(nats),
+                strength=rms(strengths),
+                transfer=transfer_of(agree.p > policy.not_transferred_alarm, len(fits), n),
             )
-            common.append(_common(candidate, like, agree, fits, _presences(fits, len(problems)), problems))
+            common.append(effect)
     return common
 
 
 def _estimate(evidence: Evidence) -> CoefficientEstimate:
-    """Coefficients of a candidate fitted in one recording, as information and score."""
     k = evidence.width
     N = inverse(evidence.fit.covariance[-k:, -k:] * max(evidence.V, 1.0))
     return CoefficientEstimate(N, N @ evidence.coefficients)
@@ -124,24 +124,25 @@ def _estimate(evidence: Evidence) -> CoefficientEstimate:
 
 def _common(
     candidate: Candidate,
-    like: NamedEffect,
     agree: Agreement,
-    fits: Mapping[int, tuple[CoefficientEstimate, float, float]],
-    presence: tuple[Presence, ...],
+    fits: Fits,
+    presence: Iterable[Presence],
     problems: Sequence[LinearProblem],
+    **about: Any,
 ) -> CommonEffect:
-    """The effect with the parameters of the common coefficients, and of each recording's own.
+    """The effect with the parameters of the common coefficients, and of each recording's own; about : its evidence."""
 
-    like : the effect without standard deviations. fits : coefficients, nats and strength in each recording.
-    """
-    ratios, known = size_ratios({i: own for i, (own, _, _) in fits.items()}), {}
-    for i, (own, nats, strength) in fits.items():
-        effect, spread = parameters_of(candidate, own.c, own.covariance, problems[i])
-        known[i] = replace(like, alternatives=(), nats=nats, strength=strength, effect=effect, spread=spread)
-    effect, spread = parameters_of(candidate, agree.c, agree.covariance, problems[min(fits)])
-    every, named = range(len(problems)), replace(like, effect=effect, spread=spread)
+    def named(c: Array, covariance: Array, i: int, **own: Any) -> NamedEffect:
+        effect, spread = parameters_of(candidate, c, covariance, problems[i])
+        return NamedEffect(effect, spread=spread, **about | own)
+
+    known = {
+        i: named(own.c, own.covariance, i, alternatives=(), nats=nats, strength=strength)
+        for i, (own, nats, strength) in fits.items()
+    }
+    ratios, every = size_ratios({i: own for i, (own, _, _) in fits.items()}), range(len(problems))
     each, of_each = tuple(map(known.get, every)), tuple(map(ratios.get, every))
-    return CommonEffect(named, each, presence, agree.chi2, agree.degrees, agree.p, of_each)
+    return CommonEffect(named(agree.c, agree.covariance, min(fits)), each, tuple(presence), agree, of_each)
 
 
 def in_all(lists: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
@@ -163,9 +164,6 @@ def common_value_effects(effects_of_each: Sequence[Sequence[NamedEffect]], polic
         if len(known) > 1 and (named.transfer is Transfer.TRANSFERRED or not slow):
             common.append(CommonEffect(named, tuple(map(effects.get, range(n))), _presences(effects, n)))
     return common
-
-
-Named = TypeVar("Named", AcceptedEffect, NamedEffect)
 
 
 def _by_name(of_each: Sequence[Sequence[Named]]) -> dict[str, dict[int, Named]]:

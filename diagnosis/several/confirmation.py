@@ -14,7 +14,7 @@ from diagnosis.library.candidates import Candidate
 from diagnosis.problem.formulation import pose_model, refit_iron
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.result import FITTED, Diagnosis, NamedEffect, Transfer
-from diagnosis.several.pooled_test import PooledCandidate, columns_in
+from diagnosis.several.pooled_effect import PooledEffect, columns_in
 from diagnosis.several.transfer import predicts
 from diagnosis.workflow import measured_rows
 from recordings import Recording
@@ -43,7 +43,7 @@ def confirmed(
         if not one.transferable or found.problem.mode != problems[1].mode:
             return one
         others = [Candidate.of(effect) for effect in effects if effect is not one.effect]
-        holds = predicts(PooledCandidate.beside([Candidate.of(one.effect)], others, problems))
+        holds = predicts(PooledEffect.beside([Candidate.of(one.effect)], others, problems))
         return replace(one, transfer=Transfer.TRANSFERRED) if holds else one
 
     known = replace(found, named=tuple(confirm(one) for one in found.named), has_second=True)

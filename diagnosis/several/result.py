@@ -12,7 +12,7 @@ from typing import Any
 from diagnosis.evidence.localise import ChannelShare
 from diagnosis.result import Diagnosis, Explanation, GapSize, Transfer, parameters
 from diagnosis.several.common_effects import CommonEffect, in_all
-from diagnosis.several.transfer import Presence
+from diagnosis.several.pooled_effect import Presence
 from diagnosis.verdict import Verdict
 from scenarios.arrays import Array
 from sim.scenario import Scenario
@@ -153,7 +153,7 @@ class PooledDiagnosis:
         return [own | {"only_in": name} for name, own in every if own["name"] not in common]
 
     def _effect_json(self, effect: CommonEffect) -> dict[str, Any]:
-        rows = zip(self.names, effect.presence, effect.each, strict=True)
+        rows, test = zip(self.names, effect.presence, effect.each, strict=True), effect.agreement
         # sensors of one recording share its slow errors: they are no second recording
         among = {"evidence": Transfer.SINGLE_RUN, "among_sensors": self.scope.labels[effect.transfer]}
         return {
@@ -165,7 +165,9 @@ class PooledDiagnosis:
             "how": effect.named.kind,
             "evidence_nats": effect.named.nats,
             "strength_sigma": effect.named.strength,
-            "agreement": {"chi2": effect.chi2, "degrees": effect.degrees, "p": effect.p},
+            "agreement": {"chi2": None, "degrees": 0, "p": None}
+            if test is None
+            else {"chi2": test.chi2, "degrees": test.degrees, "p": test.p},
             self.scope.key: [
                 {
                     "name": name,

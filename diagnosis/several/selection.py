@@ -6,25 +6,23 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+import numpy as np
+
 from diagnosis.decision.choice import AcceptedEffect, in_same_family, is_form_by_size, select_simplest
 from diagnosis.decision.selection import residual_tests
 from diagnosis.evidence.along_field import explains_along_field
 from diagnosis.evidence.baseline import Baseline, added_share
 from diagnosis.evidence.candidate_test import ColouredBaseline
 from diagnosis.library.candidates import Candidate
+from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.result import Transfer
 from diagnosis.several.common_effects import in_all
-from diagnosis.several.pooled_test import (
-    CandidateInRecording,
-    PooledCandidate,
-    Posed,
-    columns_in,
-    cross_predicted,
-)
-from diagnosis.several.transfer import PooledEffect, Settings, assess_transfer, fit_equally_well, look_alikes
+from diagnosis.several.pooled_effect import CandidateInRecording, PooledEffect, Posed, columns_in, cross_predicted
+from diagnosis.several.transfer import Settings, assess_transfer, fit_equally_well, look_alikes
 from diagnosis.workflow import Examination, Progress
 from sim.effects import EFFECTS
+from validation.signals.amplitude import rms
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,16 +68,16 @@ def select_pooled(
     recordings: Sequence[PooledRecording], say: Progress
 ) -> tuple[list[PooledEffect], list[PooledEffect]]:
     """Select effects supported by several recordings; return them with the effects named by a single recording."""
-    policy, settings, accepted = recordings[0].problem.policy, _settings(recordings), list[PooledEffect]()
-    first = [recording.posed for recording in recordings]
-    while len(accepted) < policy.most_effects and not (accepted and _residuals_are_clean(recordings, accepted)):
+    pool, accepted = Pool(tuple(recordings), _settings(recordings)), list[PooledEffect]()
+    first = pool.posed
+    while len(accepted) < pool.policy.most_effects and not (accepted and pool.clean):
         say(f"all recordings together, round {len(accepted) + 1}")
-        best = _best_candidate(recordings, settings, accepted)
+        best = pool.best_effect()
         if best is None or (accepted and is_form_of(accepted, best, first)):
             break
         accepted.append(best)
-        recordings = [recording.with_candidate(best.pooled.candidate) for recording in recordings]
-    return accepted, _named_by_one(recordings, settings, accepted)
+        pool = pool.with_candidate(best.candidate)
+    return accepted, pool.named_by_one(accepted)
 
 
 def _settings(recordings: Sequence[PooledRecording]) -> Settings:
@@ -94,126 +92,137 @@ def _settings(recordings: Sequence[PooledRecording]) -> Settings:
     return best | own
 
 
-def _residuals_are_clean(
-    recordings: Sequence[PooledRecording], effects: Sequence[PooledEffect | PooledCandidate]
-) -> bool:
-    names = [effect.name for effect in effects]
-    return all(
-        residual_tests(recording.baseline, [*names, *(event.name for event in recording.events)]).clean
-        for recording in recordings
-    )
+@dataclass(frozen=True, eq=False)
+class Pool:
+    """Recordings beside the effects accepted so far, and the settings of all effects that they may share.
 
-
-def _best_candidate(
-    recordings: Sequence[PooledRecording], settings: Settings, accepted: Sequence[PooledEffect]
-) -> PooledEffect | None:
-    """The most likely candidate supported by the recordings together."""
-    tried, refused = _screened(recordings, settings, accepted), list[PooledCandidate]()
-    for pooled in sorted(tried, key=lambda candidate: -candidate.gain):
-        if any(better.explains(pooled.columns) for better in refused):
-            continue  # explained by a better candidate, hence refused for the same reason
-        with_candidate = [recording.with_candidate(pooled.candidate) for recording in recordings]
-        coloured = not _residuals_are_clean(with_candidate, [*accepted, pooled])
-        effect = _assessed(pooled, recordings, coloured=coloured)
-        if _is_supported(effect, recordings, with_candidate, coloured=coloured):
-            named = _with_alternatives(effect, pooled, tried, settings, recordings, coloured=coloured)
-            if not _is_contradicted(named, recordings):
-                return named
-        # A recording with another cause may show the cause of all: then the rivals of this candidate stay.
-        if effect.pooled.here == pooled.here:
-            refused.append(pooled)
-    return None
-
-
-def _screened(
-    recordings: Sequence[PooledRecording], settings: Settings, accepted: Sequence[PooledEffect]
-) -> list[PooledCandidate]:
-    """Test the candidates of largest gain with the baselines' noise models, and all effects named by a recording."""
-    posed = [recording.posed for recording in recordings]
-    likely = cross_predicted([setting for listed in settings.values() for setting in listed], posed)
-    best = {name: sorted(listed, key=lambda setting: -likely[setting]) for name, listed in settings.items()}
-    order = sorted(best, key=lambda name: -likely[best[name][0]])[: recordings[0].problem.policy.tried_coloured]
-    own_names = {effect.name for recording in recordings for effect in recording.own_effects}
-    names = dict.fromkeys([*order, *sorted(own_names - {effect.name for effect in accepted})])
-    return [PooledCandidate.of(best[name], posed) for name in names]
-
-
-def _assessed(pooled: PooledCandidate, recordings: Sequence[PooledRecording], *, coloured: bool) -> PooledEffect:
-    """The candidate's transfer, tested next to effects that a recording has by itself and that compete.
-
-    Competing effects are of a different family, and do not list the candidate as a look-alike.
+    names: of the accepted effects.
     """
-    policy, here, named = recordings[0].problem.policy, dict(pooled.here), []
-    for i, recording in enumerate(recordings):
-        own = recording.own_effects
-        others = [effect for effect in own if pooled.name not in (effect.name, *effect.alternatives)]
-        competing = [effect for effect in others if not in_same_family(effect.evidence, pooled)]
-        if i in here:
-            here[i] = here[i].beside([effect.columns(recording.problem) for effect in competing])
-        if any(effect.name == pooled.name for effect in own):
-            named.append(i)
-    needed = policy.coloured_nats if coloured else policy.accepted_pooled(len(EFFECTS))
-    return assess_transfer(replace(pooled, here=here), needed, named)
 
+    recordings: tuple[PooledRecording, ...]
+    settings: Settings
+    names: tuple[str, ...] = ()
 
-def _is_supported(
-    effect: PooledEffect,
-    recordings: Sequence[PooledRecording],
-    with_candidate: Sequence[PooledRecording],
-    *,
-    coloured: bool,
-) -> bool:
-    """Whether the recordings support an effect beyond chance.
+    @property
+    def policy(self) -> Policy:
+        """The policy of the diagnosis."""
+        return self.recordings[0].problem.policy
 
-    In coloured noise an effect explains a share of the gap as well, and a source gains along the field in at least half
-    of the recordings.
-    """
-    if effect.transfer is None or effect.nats <= effect.pooled.surrogate_gain():
-        return False
-    if not coloured:
-        return True
-    pairs, traits = [(recordings[i], with_candidate[i]) for i in effect.present], effect.pooled.candidate.effect.traits
-    shares = [added_share(before.start, before.baseline, after.baseline.squares) for before, after in pairs]
-    along = [
-        explains_along_field(before.baseline, after.baseline)
-        for before, after in pairs
-        if traits.field_source and before.problem.mode == "vector"
-    ]
-    enough = sum(shares) / max(len(shares), 1) >= effect.pooled.policy.trace
-    return enough and 2 * sum(along) >= len(along)
+    @property
+    def posed(self) -> list[Posed]:
+        """The problems, and the baselines with their noise models."""
+        return [recording.posed for recording in self.recordings]
 
+    @cached_property
+    def clean(self) -> bool:
+        """Whether every recording's residual is clean."""
+        return all(
+            residual_tests(recording.baseline, [*self.names, *(event.name for event in recording.events)]).clean
+            for recording in self.recordings
+        )
 
-def _is_contradicted(effect: PooledEffect, recordings: Sequence[PooledRecording]) -> bool:
-    """Whether half of the recordings able to show the effect alone exclude it by a rule of their own diagnosis."""
-    pooled, names = effect.pooled, {effect.name, *effect.alternatives}
-    able = [recordings[i] for i in pooled.here if pooled.own_nats(i) > pooled.policy.coloured_nats]
-    own = [{name for one in recording.own_effects for name in (one.name, *one.alternatives)} for recording in able]
-    return bool(able) and 2 * sum(map(names.isdisjoint, own)) >= len(able)
+    def with_candidate(self, candidate: Candidate) -> Pool:
+        """The pool with a further effect accepted."""
+        recordings = tuple(recording.with_candidate(candidate) for recording in self.recordings)
+        return replace(self, recordings=recordings, names=(*self.names, candidate.name))
 
+    def best_effect(self) -> PooledEffect | None:
+        """The effect of largest gain that the recordings support together."""
+        tried, refused = self._screened(), list[PooledEffect]()
+        for pooled in sorted(tried, key=lambda candidate: -candidate.gain):
+            if any(better.explains(pooled.columns) for better in refused):
+                continue  # explained by a better candidate, hence refused for the same reason
+            after = self.with_candidate(pooled.candidate)
+            effect = self._assessed(pooled, coloured=not after.clean)
+            if self._supports(effect, after):
+                named = self._with_alternatives(effect, pooled, tried, coloured=not after.clean)
+                if not self._contradicts(named):
+                    return named
+            # A recording with another cause may show the cause of all: then the rivals of this candidate stay.
+            if effect.here == pooled.here:
+                refused.append(pooled)
+        return None
 
-def _with_alternatives(
-    effect: PooledEffect,
-    best: PooledCandidate,
-    tried: Sequence[PooledCandidate],
-    settings: Settings,
-    recordings: Sequence[PooledRecording],
-    *,
-    coloured: bool,
-) -> PooledEffect:
-    """Choose the simplest of the candidates as good as the best, with all look-alikes as alternatives.
+    def _screened(self) -> list[PooledEffect]:
+        """Test the candidates of largest gain with the baselines' noise models, and all named by a recording."""
+        likely = cross_predicted([setting for listed in self.settings.values() for setting in listed], self.posed)
+        best = {name: sorted(listed, key=lambda setting: -likely[setting]) for name, listed in self.settings.items()}
+        order = sorted(best, key=lambda name: -likely[best[name][0]])[: self.policy.tried_coloured]
+        own = {effect.name for recording in self.recordings for effect in recording.own_effects}
+        return [
+            PooledEffect.of(best[name], self.posed) for name in dict.fromkeys([*order, *sorted(own - {*self.names})])
+        ]
 
-    Where coefficients differ, the recordings together do not tell the look-alikes: those that every recording lists
-    whose own diagnosis names the effect are added.
-    """
-    closest, alike = look_alikes(best, tried, coloured=coloured)
-    names = [*(one.name for one in (*closest, *alike)), *fit_equally_well(effect, settings)]
-    simplest = select_simplest(closest, best.policy)
-    simpler = effect if simplest is best else _assessed(simplest, recordings, coloured=coloured)
-    last = effect if simpler.transfer is None else simpler
-    if last.transfer is Transfer.NOT_TRANSFERRED:
-        own = (one for recording in recordings for one in recording.own_effects)
-        names += in_all([one.alternatives for one in own if one.name == last.name])
-    return replace(last, alternatives=tuple(name for name in dict.fromkeys(names) if name != last.name))
+    def _assessed(self, pooled: PooledEffect, *, coloured: bool) -> PooledEffect:
+        """The candidate's transfer, tested next to effects that a recording has by itself and that compete.
+
+        Competing effects are of a different family, and do not list the candidate as a look-alike.
+        """
+        here, named = dict(pooled.here), []
+        for i, recording in enumerate(self.recordings):
+            own = recording.own_effects
+            others = [effect for effect in own if pooled.name not in (effect.name, *effect.alternatives)]
+            competing = [effect for effect in others if not in_same_family(effect.evidence, pooled)]
+            if i in here:
+                here[i] = here[i].beside([effect.columns(recording.problem) for effect in competing])
+            if any(effect.name == pooled.name for effect in own):
+                named.append(i)
+        needed = self.policy.coloured_nats if coloured else self.policy.accepted_pooled(len(EFFECTS))
+        return assess_transfer(replace(pooled, here=here), needed, named)
+
+    def _supports(self, effect: PooledEffect, after: Pool) -> bool:
+        """Whether the recordings support an effect beyond chance; after : the pool with the effect.
+
+        In coloured noise an effect explains a share of the gap as well, and a source gains along the field in at least
+        half of the recordings.
+        """
+        if effect.transfer is None or effect.nats <= effect.surrogate_gain():
+            return False
+        if after.clean:
+            return True
+        pairs = [(self.recordings[i], after.recordings[i].baseline) for i in effect.present]
+        shares = [added_share(before.start, before.baseline, then.squares) for before, then in pairs]
+        source = effect.candidate.effect.traits.field_source
+        vector = [pair for pair in pairs if source and pair[0].problem.mode == "vector"]
+        along = sum(explains_along_field(before.baseline, then) for before, then in vector)
+        return sum(shares) / max(len(shares), 1) >= self.policy.trace and 2 * along >= len(vector)
+
+    def _contradicts(self, effect: PooledEffect) -> bool:
+        """Whether half of the recordings able to show the effect alone exclude it by a rule of their own diagnosis."""
+        names = {effect.name, *effect.alternatives}
+        able = [self.recordings[i] for i in effect.here if effect.own_nats(i) > self.policy.coloured_nats]
+        own = [{name for one in recording.own_effects for name in (one.name, *one.alternatives)} for recording in able]
+        return bool(able) and 2 * sum(map(names.isdisjoint, own)) >= len(able)
+
+    def _with_alternatives(
+        self, effect: PooledEffect, best: PooledEffect, tried: Sequence[PooledEffect], *, coloured: bool
+    ) -> PooledEffect:
+        """Choose the simplest of the candidates as good as the best, with all look-alikes as alternatives.
+
+        Where coefficients differ, the recordings together do not tell the look-alikes: those that every recording lists
+        whose own diagnosis names the effect are added.
+        """
+        closest, alike = look_alikes(best, tried, coloured=coloured)
+        names = [*(one.name for one in (*closest, *alike)), *fit_equally_well(effect, self.settings)]
+        simplest = select_simplest(closest, best.policy)
+        simpler = effect if simplest is best else self._assessed(simplest, coloured=coloured)
+        last = effect if simpler.transfer is None else simpler
+        if last.transfer is Transfer.NOT_TRANSFERRED:
+            own = (one for recording in self.recordings for one in recording.own_effects)
+            names += in_all([one.alternatives for one in own if one.name == last.name])
+        return replace(last, alternatives=tuple(name for name in dict.fromkeys(names) if name != last.name))
+
+    def named_by_one(self, accepted: Sequence[PooledEffect]) -> list[PooledEffect]:
+        """Effects named by a single recording, tested next to the accepted effects."""
+        known = {name for effect in accepted for name in (effect.name, *effect.alternatives)}
+        own = {one.name: one.evidence.candidate for recording in self.recordings for one in recording.own_effects}
+        alone = []
+        for name, first in own.items():
+            if name not in known:
+                settings = dict.fromkeys([first, *self.settings[name]])
+                pooled = PooledEffect.of(list(settings), self.posed)
+                alone.append(replace(self._assessed(pooled, coloured=True), transfer=None))
+        return alone
 
 
 def is_form_of(accepted: Sequence[PooledEffect], best: PooledEffect, first: Sequence[Posed]) -> bool:
@@ -221,24 +230,8 @@ def is_form_of(accepted: Sequence[PooledEffect], best: PooledEffect, first: Sequ
 
     first : the recordings without any effect. A size far smaller than alone shows resemblance to accepted effects.
     """
-    if any(in_same_family(best.pooled, effect.pooled) for effect in accepted):
+    if any(in_same_family(best, effect) for effect in accepted):
         return True
     same = any(best.name == effect.name for effect in accepted)
-    here = {i: CandidateInRecording.of(one.candidate, first[i], one.columns) for i, one in best.pooled.here.items()}
-    alone = replace(best, pooled=replace(best.pooled, here=here))
-    return is_form_by_size(best.strength, alone.strength, accepted[0].strength, best.pooled.policy, same=same)
-
-
-def _named_by_one(
-    recordings: Sequence[PooledRecording], settings: Settings, accepted: Sequence[PooledEffect]
-) -> list[PooledEffect]:
-    """Effects named by a single recording, tested next to the accepted effects of the pool."""
-    known = {name for effect in accepted for name in (effect.name, *effect.alternatives)}
-    own = {effect.name: effect.evidence.candidate for recording in recordings for effect in recording.own_effects}
-    posed, alone = [recording.posed for recording in recordings], []
-    for name, first in own.items():
-        if name not in known:
-            others = [setting for setting in settings[name] if setting != first]
-            pooled = PooledCandidate.of([first, *others], posed)
-            alone.append(replace(_assessed(pooled, recordings, coloured=True), transfer=None))
-    return alone
+    alone = [CandidateInRecording.of(best.candidate, first[i], best.here[i].columns).strength for i in best.shown]
+    return is_form_by_size(best.strength, rms(np.array(alone)), accepted[0].strength, best.policy, same=same)

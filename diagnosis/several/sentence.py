@@ -9,8 +9,8 @@ from diagnosis.decision.advice import separation_advice
 from diagnosis.decision.sentence import LISTED_CHANNELS, describe_effect
 from diagnosis.result import NORMAL_95, EvidenceKind, Transfer
 from diagnosis.several.common_effects import CommonEffect, in_all, main_size
+from diagnosis.several.pooled_effect import Presence
 from diagnosis.several.result import RECORDINGS, PooledDiagnosis, Scope
-from diagnosis.several.transfer import Presence
 from diagnosis.verdict import Verdict
 from validation.text import all_of, figure
 

@@ -27,11 +27,11 @@ from diagnosis.several.common_effects import (
     common_value_effects,
     with_common_rivals,
 )
-from diagnosis.several.pooled_test import PooledCandidate
+from diagnosis.several.pooled_effect import PooledEffect
 from diagnosis.several.result import SENSORS, PooledDiagnosis, RecordingGap, joint_gap, worst
 from diagnosis.several.selection import PooledRecording, select_pooled
 from diagnosis.several.sentence import with_sentences
-from diagnosis.several.transfer import PooledEffect, compare_sensors
+from diagnosis.several.transfer import compare_sensors
 from diagnosis.verdict import Verdict
 from diagnosis.workflow import Examination, Progress, diagnosis_of, examine
 from recordings import Recording
@@ -94,13 +94,16 @@ def diagnose_sensors(
     say("comparison of the sensors")
     named = {cause.name for own in each for cause in own.named if cause.kind is EvidenceKind.HELD_OUT}
     first, compared = worst(each), _compared_effects(examinations, named)
-    common, single = ([effect for effect in compared if effect.several is several] for several in (True, False))
+    common, single = (
+        tuple(effect for effect in compared if (effect.transfer is Transfer.SINGLE_RUN) is alone)
+        for alone in (False, True)
+    )
     found = PooledDiagnosis(
         names=tuple(names),
         each=each,
         verdict=each[first].verdict,
-        common=tuple(common),
-        single=tuple(single),
+        common=common,
+        single=single,
         gaps=tuple(map(RecordingGap.of, each)),
         model=each[first].model,
         scope=SENSORS,
@@ -121,7 +124,7 @@ def _compared_effects(examinations: Sequence[Examination], named: Set[str]) -> l
         alike = [own for own in strongest_first if own.name == name]
         settings = dict.fromkeys(own.evidence.candidate for own in alike)
         others = dict.fromkeys(own.evidence.candidate for own in accepted if own.name != name)
-        pooled = PooledCandidate.beside(list(settings), others, problems)
+        pooled = PooledEffect.beside(list(settings), others, problems)
         effect = replace(compare_sensors(pooled), alternatives=alike[0].alternatives)
         compared.append(common_effect(effect, problems, alike[0].evidence.strength))
     return compared
@@ -227,8 +230,8 @@ def _explained(recording: PooledRecording, i: int, effects: Sequence[PooledEffec
     target, fitted = problem.target, list(recording.baseline.accepted_columns)
     for effect in effects:
         if i in effect.possible:
-            columns = effect.pooled.candidate.columns(problem)
-            evidence = judge_settings(baseline, [effect.pooled.candidate])
+            columns = effect.candidate.columns(problem)
+            evidence = judge_settings(baseline, [effect.candidate])
             if evidence is not None:
                 accepted.append(AcceptedEffect(evidence, effect.alternatives))
                 baseline = baseline.with_columns(columns)

@@ -6,7 +6,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from diagnosis.several.transfer import Presence
+from diagnosis.several.pooled_effect import Presence
 from reports.palette import LINES, RAW, SOFT
 from reports.plots.diagnosis import BOTH, draw_output, thinned
 from reports.plots.style import panels

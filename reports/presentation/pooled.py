@@ -11,9 +11,9 @@ import numpy as np
 from diagnosis.repair.new_model import lines_of_diff, written_model
 from diagnosis.result import NamedEffect, Transfer, parameters
 from diagnosis.several.common_effects import CommonEffect
+from diagnosis.several.pooled_effect import Presence
 from diagnosis.several.result import PooledDiagnosis, Scope
 from diagnosis.several.sentence import describe_transfer
-from diagnosis.several.transfer import Presence
 from reports.presentation.answer import PresentedAnswer, gap_cells, noise_tile
 from reports.presentation.diagnosis import PresentedDiagnosis, Row, cells, parameter_rows
 from reports.presentation.series import GapSeries
@@ -120,7 +120,11 @@ def _coefficient_rows(pooled: PooledDiagnosis, effect: CommonEffect) -> Iterator
     words = describe_transfer(effect, pooled.scope)
     yield from ((POOLED, words, *cells(row)) for row in parameter_rows(effect.named))
     for recording, finding, own in zip(pooled.names, effect.presence, effect.each, strict=True):
-        rows = [] if own is None else [row for row in parameter_rows(own) if effect.p is None or row[2] is not None]
+        rows = (
+            []
+            if own is None
+            else [row for row in parameter_rows(own) if effect.agreement is None or row[2] is not None]
+        )
         yield from ((recording, str(finding), *row) for row in map(cells, rows))
         if not rows:
             yield recording, str(finding), *("",) * 5
@@ -128,10 +132,11 @@ def _coefficient_rows(pooled: PooledDiagnosis, effect: CommonEffect) -> Iterator
 
 def _agreement(effect: CommonEffect) -> str:
     """Return the test of equal coefficients in words."""
-    if effect.p is None or effect.chi2 is None or not effect.degrees:
+    agree = effect.agreement
+    if agree is None or not agree.degrees:
         return "sizes compared, no test"
-    odds = "less than 0.001" if effect.p < 1e-3 else f"{effect.p:.2g}"
-    test = f"chi-square {digits(effect.chi2)} of {effect.degrees}"
+    odds = "less than 0.001" if agree.p < 1e-3 else f"{agree.p:.2g}"
+    test = f"chi-square {digits(agree.chi2)} of {agree.degrees}"
     return f"equal coefficients differ by chance this much or more with probability {odds} ({test})"
 
 

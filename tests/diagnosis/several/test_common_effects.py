@@ -24,7 +24,7 @@ from diagnosis.several.common_effects import (
     parameters_of,
     with_common_rivals,
 )
-from diagnosis.several.transfer import PooledEffect, Presence
+from diagnosis.several.pooled_effect import PooledEffect, Presence
 from diagnosis.workflow import examine
 from recordings.channels import TEMPERATURE
 from sim.effects import EFFECTS
@@ -78,13 +78,13 @@ OWN = CoefficientEstimate(np.eye(3), np.array([900.0, 200.0, 400.0]))
 
 def shown(transfer: Transfer | None, *asked: bool, alternatives: tuple[str, ...] = ()) -> PooledEffect:
     """The drift in the recordings that were asked, with 60 nats over an inflation of two in each."""
-    in_recording: Any = SimpleNamespace(held_out_gain=60.0, inflation=2.0, strength=0.5)
-    here = {i: in_recording for i, there in enumerate(asked) if there}
-    pooled: Any = SimpleNamespace(
-        candidate=Candidate(HardIronDrift), name="hard_iron_drift", here=here, estimates=dict.fromkeys(here, OWN)
+    parts = [CoefficientEstimate(OWN.N / 2, OWN.g / 2)] * 2
+    in_recording: Any = SimpleNamespace(
+        parts=parts, held_out_gain=60.0, inflation=2.0, strength=0.5, problem=COMES_BACK
     )
-    presence = dict.fromkeys(here, Presence.PRESENT)
-    return PooledEffect(pooled, transfer, 90.0, presence, agreement([OWN] * len(here), 0.0), alternatives)
+    here = {i: in_recording for i, there in enumerate(asked) if there}
+    agree = agreement([OWN] * len(here), 0.0)
+    return PooledEffect(Candidate(HardIronDrift), here, 0.0, transfer, 90.0, agree, alternatives)
 
 
 def test_an_effect_of_a_lot_says_what_each_recording_does() -> None:
@@ -92,17 +92,19 @@ def test_an_effect_of_a_lot_says_what_each_recording_does() -> None:
     one = common_effect(shown(Transfer.SOME, True, True, False), (RISES, RISES, COMES_BACK), 0.5)
     assert [None if each is None else each.nats for each in one.each] == [30.0, 30.0, None]
     assert one.named.effect == DRIFT.effect
-    assert one.ratios == (pytest.approx((1.0, 1e-3), rel=0.1), pytest.approx((1.0, 1e-3), rel=0.1), None)
+    assert one.presence == (Presence.PRESENT, Presence.PRESENT, Presence.NOT_RECORDED)
+    ratio = pytest.approx((1.0, 2**0.5 * 1e-3), rel=0.1)
+    assert one.ratios == (ratio, ratio, None)
 
 
 def test_what_one_recording_names_is_a_single_run_s_however_its_coefficients_agree() -> None:
     one = common_effect(shown(None, False, True), (COMES_BACK, RISES))
-    assert (one.name, one.transfer, one.several) == ("hard_iron_drift", Transfer.SINGLE_RUN, False)
+    assert (one.name, one.transfer) == ("hard_iron_drift", Transfer.SINGLE_RUN)
     assert (one.named.strength, one.named.nats) == (0.0, 90.0)
     assert one.presence == (Presence.NOT_RECORDED, Presence.PRESENT)
-    assert (one.chi2, one.degrees, one.p) == (pytest.approx(0.0), 0, 1.0)
+    assert one.agreement is not None
+    assert (one.agreement.chi2, one.agreement.degrees, one.agreement.p) == (pytest.approx(0.0), 0, 1.0)
     some = common_effect(shown(Transfer.SOME, False, True, alternatives=("scale",)), (COMES_BACK, RISES), 0.5)
-    assert some.several
     assert (some.named.alternatives, some.named.strength) == (("scale",), 0.5)
 
 
@@ -162,7 +164,7 @@ def test_noise_is_the_same_where_its_sizes_are_alike(stds_nT, transfer) -> None:
     found = common_value_effects(several, STANDARD)
     assert [one.transfer for one in found] == ([] if transfer is None else [transfer])
     assert all(one.named.effect == WhiteNoise(std_nT=(1.2,) * 3) for one in found)
-    assert all((one.chi2, one.degrees, one.p, one.ratios) == (None, 0, None, ()) for one in found)
+    assert all((one.agreement, one.ratios) == (None, ()) for one in found)
 
 
 SLOW = next(effect for effect in EFFECTS if effect.traits.spectrum is not None)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -13,8 +13,8 @@ from diagnosis.evidence.candidate_test import ColouredBaseline
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import STANDARD, Policy
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.several.pooled_test import CandidateInRecording, PooledCandidate
-from diagnosis.several.transfer import Presence, assess_transfer, fit_equally_well, look_alikes
+from diagnosis.several.pooled_effect import CandidateInRecording, PooledEffect
+from diagnosis.several.transfer import assess_transfer, fit_equally_well, look_alikes
 from sim.effects import EFFECTS
 from sim.effects.base import Effect
 from sim.effects.currents import CurrentRipple, MotorCurrent
@@ -68,15 +68,11 @@ def test_beside_what_a_recording_alone_has_nothing_is_left_of_what_that_takes_up
 def test_a_name_lists_what_fits_as_well_whatever_its_search_cost(size: float, names: list[str]) -> None:
     """At a tenth of the noise a drift that was searched for is as good; at its size it is not."""
     problems = [flown("warm", size, seed) for seed in (1, 2)]
-    pooled = PooledCandidate.beside([WARM], [], problems)
+    pooled = PooledEffect.beside([WARM], [], problems)
     found = assess_transfer(pooled, STANDARD.apart)
     settings = {WARM.name: [WARM], DRIFT.name: [DRIFT.at({}, tried=10**6)], MOTOR.name: [MOTOR]}
     assert found.transfer is not None
     assert fit_equally_well(found, settings) == names
-    weak = replace(
-        found, presence=dict.fromkeys((0, 1), Presence.UNDECIDED)
-    )  # shown by none alone, but by all together
-    assert fit_equally_well(weak, settings) == names
 
 
 NEAR_M, FAR_M = (60.0, 0.0, 0.0), (300.0, 0.0, 0.0)
@@ -102,7 +98,7 @@ def test_what_contains_a_name_is_a_look_alike_where_it_fits_better(
 ) -> None:
     """Most of a gradient of a place passed at a distance is a constant, but not all: from afar it fits as well."""
     problems = [problem(recording(1200, seed=seed, hidden={hidden: FIELDS[hidden]})) for seed in (1, 2)]
-    pooled = PooledCandidate.beside([REGIONAL], [], problems)
+    pooled = PooledEffect.beside([REGIONAL], [], problems)
     settings = {GRADIENT.name: [GRADIENT.at({"origin_enu_m": origin_m})]}
     assert fit_equally_well(assess_transfer(pooled, STANDARD.apart), settings) == names
 
@@ -112,7 +108,7 @@ def test_a_rival_is_explained_that_gains_nothing_beside_the_best(rival: Candidat
     """A temperature that rises as a drift does gains alone and not beside it; a tone of its own gains beside it."""
     problems = [flown("both", 40.0, seed) for seed in (1, 2)]
     baselines = [ColouredBaseline.of(one, []) for one in problems]
-    best = PooledCandidate.of([DRIFT], list(zip(problems, baselines, strict=True)))
+    best = PooledEffect.of([DRIFT], list(zip(problems, baselines, strict=True)))
     columns = [baseline.rows.bin(rival.columns(one)) for baseline, one in zip(baselines, problems, strict=True)]
     assert best.explains(dict(enumerate(columns))) is explained
     assert best.explains({0: columns[0]}) is explained

@@ -77,10 +77,6 @@ def test_only_what_no_recording_shows_cannot_be_seen() -> None:
     assert repr(pooled(sentence="so.")) == "named: so."
 
 
-def test_an_effect_is_shown_by_several_unless_it_is_of_a_single_run() -> None:
-    assert [common(each).several for each in Transfer] == [each is not Transfer.SINGLE_RUN for each in Transfer]
-
-
 def test_the_gap_of_all_is_their_rms_and_what_is_explained_at_most_all() -> None:
     """Of the recordings with a gap alone."""
     other, none = GapSize(10.0, 5.0, 2.0, 1.0, 0.8), GapSize(2.0, 1.0, 6.0, 3.0, None)

@@ -20,13 +20,13 @@ from diagnosis.library.candidates import Candidate
 from diagnosis.policy import STANDARD
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.result import Transfer
-from diagnosis.several.pooled_test import PooledCandidate
+from diagnosis.several.pooled_effect import PooledEffect, Presence
 from diagnosis.several.selection import (
     PooledRecording,
     is_form_of,
     select_pooled,
 )
-from diagnosis.several.transfer import PooledEffect, Presence, assess_transfer
+from diagnosis.several.transfer import assess_transfer
 from recordings import Recording
 from scenarios.arrays import Array
 from sim.effects import BY_NAME
@@ -137,7 +137,7 @@ def test_what_one_recording_names_is_told_with_what_the_others_say_and_its_event
 
 def effect_in(posed: LinearProblem, candidate: Candidate, *accepted: Candidate) -> PooledEffect:
     """An effect in two recordings of one course, beside accepted ones."""
-    return assess_transfer(PooledCandidate.beside([candidate], accepted, [posed] * 2), 0.0)
+    return assess_transfer(PooledEffect.beside([candidate], accepted, [posed] * 2), 0.0)
 
 
 def test_what_is_much_smaller_than_alone_looked_like_what_is_in() -> None:

@@ -15,8 +15,8 @@ from diagnosis.problem.formulation import pose_model
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.result import Transfer
 from diagnosis.several import workflow
+from diagnosis.several.pooled_effect import Presence
 from diagnosis.several.result import PooledDiagnosis
-from diagnosis.several.transfer import Presence
 from diagnosis.several.workflow import diagnose_together
 from diagnosis.verdict import Verdict
 from diagnosis.workflow import Examination, examine
@@ -103,8 +103,8 @@ def test_a_third_more_in_one_is_not_transferred_and_its_table_says_which() -> No
     found = together(motor(1.0), motor(1.0), motor(1.3))
     (one,) = found.common
     assert one.transfer is Transfer.NOT_TRANSFERRED
-    assert one.p is not None
-    assert one.p < 0.01
+    assert one.agreement is not None
+    assert one.agreement.p < 0.01
     sizes = [np.linalg.norm(each.effect.gain_nT_A) for each in one.each if each]  # type: ignore[attr-defined]
     assert sizes[2] / sizes[0] == pytest.approx(1.3, abs=0.1)
     assert "does not transfer" in " ".join(found.advice)

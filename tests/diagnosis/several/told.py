@@ -10,9 +10,10 @@ import numpy as np
 
 from diagnosis.policy import STANDARD
 from diagnosis.result import EvidenceKind, GapSize, NamedEffect, Transfer
+from diagnosis.several.coefficients import Agreement
 from diagnosis.several.common_effects import CommonEffect
+from diagnosis.several.pooled_effect import Presence
 from diagnosis.several.result import PooledDiagnosis, RecordingGap
-from diagnosis.several.transfer import Presence
 from diagnosis.verdict import Verdict
 from sim.effects.currents import MotorCurrent
 from sim.effects.iron import HardIron
@@ -20,6 +21,7 @@ from sim.effects.iron import HardIron
 GAP = GapSize(20.0, 10.0, 6.0, 3.0, 91 / 99)
 NAMES = ("first", "second", "third")
 POSED = SimpleNamespace(compared="vector", policy=STANDARD)
+AGREE = Agreement(np.zeros(3), np.eye(3), 1.5, 3, 0.7)
 HERE, ABSENT, OPEN = Presence.PRESENT, Presence.ABSENT, Presence.UNDECIDED
 
 
@@ -44,7 +46,7 @@ def common(
 ) -> CommonEffect:
     """A motor's field in three recordings, of a size in each."""
     each = tuple(None if gain is None else motor(gain, transfer) for gain in gains)
-    return CommonEffect(motor(3.0, transfer), each, tuple(presence), 1.5, 3, 0.7, tuple(ratios))
+    return CommonEffect(motor(3.0, transfer), each, tuple(presence), AGREE, tuple(ratios))
 
 
 def own(verdict: Verdict = Verdict.NONE, effects: Sequence[dict[str, str]] = ({"name": "scale"},), **said: Any) -> Any:

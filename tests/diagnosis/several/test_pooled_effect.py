@@ -19,7 +19,7 @@ from diagnosis.problem.formulation import pose
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.problem.motion import Level
 from diagnosis.several.coefficients import CoefficientEstimate
-from diagnosis.several.pooled_test import CandidateInRecording, PooledCandidate, columns_in, cross_predicted
+from diagnosis.several.pooled_effect import CandidateInRecording, PooledEffect, columns_in, cross_predicted
 from scenarios.arrays import Array
 from sim.effects import EFFECTS
 from sim.effects.currents import MotorCurrent
@@ -84,10 +84,10 @@ def test_coefficients_as_they_are_explain_what_no_colour_would() -> None:
     """A ramp of ten sigma: thousands of nats in the noise that it leaves, a hundred over a rest that wanders."""
     one = _asked(_with(10 * RAMP @ TO), RAMP)
     assert one.held_out_gain > STANDARD.coloured_nats
-    pooled = PooledCandidate(MOTOR, {0: one}, 0.0)
-    nats = pooled.nats(0, one.estimate.c) * pooled.estimates[0].inflation(one.estimate.c)
+    pooled = PooledEffect(MOTOR, {0: one}, 0.0)
+    nats = pooled.predicted_nats(0, one.estimate.c) * pooled.estimates[0].inflation(one.estimate.c)
     assert nats == pytest.approx(one.held_out_gain, abs=2 * STANDARD.apart)
-    assert pooled.nats(0, 0 * TO) <= 0.0
+    assert pooled.predicted_nats(0, 0 * TO) <= 0.0
 
 
 def test_what_is_left_of_the_same_course_inflates() -> None:
@@ -100,10 +100,10 @@ def test_what_is_left_of_the_same_course_inflates() -> None:
 
 def test_a_joint_pays_for_its_search_and_is_as_good_within_what_is_left() -> None:
     """The search compared all settings of the recordings, each of which had been searched for."""
-    found = PooledCandidate.of([replace(MOTOR, tried=200), MOTOR.at({"motor": 1})], [(GIVEN, _with(0.0 * TO))])
+    found = PooledEffect.of([replace(MOTOR, tried=200), MOTOR.at({"motor": 1})], [(GIVEN, _with(0.0 * TO))])
     assert found.price == search_price(400, 3, STANDARD) > search_price(200, 3, STANDARD)
     in_recording: Any = {i: SimpleNamespace(inflation=by, problem=GIVEN) for i, by in enumerate((2.0, 4.0))}
-    assert PooledCandidate(MOTOR, in_recording, 0.0).indistinct_nats == pytest.approx(3 * STANDARD.apart)
+    assert PooledEffect(MOTOR, in_recording, 0.0).indistinct_nats == pytest.approx(3 * STANDARD.apart)
 
 
 def test_the_likeliest_setting_is_the_one_that_is_there_and_the_least_likely_one_that_no_recording_holds() -> None:
@@ -115,16 +115,16 @@ def test_the_likeliest_setting_is_the_one_that_is_there_and_the_least_likely_one
     likely = cross_predicted([one, gone, MOTOR], posed)
     assert likely[gone] == -np.inf
     assert likely[MOTOR] > likely[one] > 0.0
-    found = PooledCandidate.of([one, gone, MOTOR], posed)
+    found = PooledEffect.of([one, gone, MOTOR], posed)
     assert found.candidate == MOTOR
-    assert found.gain > PooledCandidate.of([one], posed).gain
+    assert found.gain > PooledEffect.of([one], posed).gain
 
 
 def test_coefficients_are_known_no_better_than_what_is_left_allows() -> None:
     """Of parts that say the same: four times the variance that the rest states."""
-    parts = (np.diag([5.0, 5.0, 0.0]) + np.outer([0, 0, 1], [5.0, 5.0, 0.0]),) * 4
+    parts = [CoefficientEstimate(5.0 * np.eye(2), np.full(2, 5.0))] * 4
     in_recording: Any = SimpleNamespace(parts=parts, inflation=4.0)
-    one = PooledCandidate(MOTOR, {0: in_recording}, 0.0).estimates[0]
+    one = PooledEffect(MOTOR, {0: in_recording}, 0.0).estimates[0]
     assert one.inflation(np.ones(2)) == pytest.approx(4.0)
 
 
@@ -137,17 +137,10 @@ def test_the_strength_of_what_strength_and_dip_do_not_share_is_its_own() -> None
     iron = coloured_baseline.rows.bin(Candidate(HardIron).columns(posed))
     in_recording = SimpleNamespace(baseline=coloured_baseline, estimate=SimpleNamespace(c=TO))
     same, other = (
-        CandidateInRecording.strength.fget(SimpleNamespace(**vars(in_recording), columns=iron * signs))  # type: ignore[attr-defined]
+        CandidateInRecording.strength.func(SimpleNamespace(**vars(in_recording), columns=iron * signs))  # type: ignore[attr-defined]
         for signs in (np.ones((2, 1)), np.array([[1.0], [-1.0]]))
     )
     assert same < 1e-3 * other
-
-
-def test_errors_are_known_by_three_degrees_of_freedom_of_each_recording() -> None:
-    """Of four parts, which share one coefficient."""
-    coloured_baseline = _with(0.0 * TO)
-    here = {0: _asked(coloured_baseline, SLOW), 2: _asked(coloured_baseline, RAMP)}
-    assert PooledCandidate(MOTOR, here, 0.0).error_degrees == 6
 
 
 def test_the_inflation_is_what_a_column_shifted_in_time_gains_over_half_a_nat() -> None:
@@ -172,8 +165,8 @@ def test_the_strength_is_the_rms_of_the_course_that_a_refitted_base_leaves() -> 
 
 
 def test_a_candidate_that_no_recording_holds_has_no_width_and_explains_nothing() -> None:
-    nowhere = PooledCandidate.beside([MOTOR.at({"motor": 9})], [], [GIVEN])
-    assert (nowhere.width, nowhere.estimates, nowhere.error_degrees, nowhere.columns) == (0, {}, 0, {})
+    nowhere = PooledEffect.beside([MOTOR.at({"motor": 9})], [], [GIVEN])
+    assert (nowhere.width, nowhere.estimates, nowhere.columns) == (0, {}, {})
 
 
 @pytest.mark.parametrize(
@@ -198,7 +191,7 @@ def test_surrogates_are_shifted_alike_in_every_recording_and_the_largest_gain_co
     def shifted(*scores: float) -> Any:
         return SimpleNamespace(surrogates=[np.array([[1.0, g], [g, 9.0]]) for g in scores], inflation=2.0)
 
-    pooled = PooledCandidate(MOTOR, {0: shifted(1.0, 3.0, -4.0), 2: shifted(1.0, 2.0, 4.0)}, 0.0)
+    pooled = PooledEffect(MOTOR, {0: shifted(1.0, 3.0, -4.0), 2: shifted(1.0, 2.0, 4.0)}, 0.0)
     # over two: (3, 2) explain 2 * 3 - 2 + 3 * 2 - 4.5 = 5.5 of unit information
     assert pooled.surrogate_gain() == pytest.approx(5.5 / 2)
 
@@ -210,7 +203,7 @@ def test_a_candidate_of_a_lot_gains_by_common_or_by_own_coefficients_less_its_pr
     """Two of one column with coefficient 3 and unit information each: the other's explains 4.5 nats."""
     alike = CoefficientEstimate(np.eye(1), np.array([3.0]))
     one: Any = SimpleNamespace(estimate=alike, null_gain=without / 2, held_out_gain=held)
-    assert PooledCandidate(MOTOR, {0: one, 1: one}, 1.0).gain == gain
+    assert PooledEffect(MOTOR, {0: one, 1: one}, 1.0).gain == gain
 
 
 @pytest.mark.parametrize(("size", "columns"), [(0.0, SLOW), (10.0, RAMP)])
@@ -233,10 +226,10 @@ def test_a_noise_model_that_needs_the_candidate_explains_the_recording_without_i
 
 def test_an_estimate_sums_the_parts_of_the_recording() -> None:
     one = _asked(_with(2 * SLOW @ TO), SLOW)
-    whole = np.sum(one.parts, axis=0)
-    np.testing.assert_array_equal(one.estimate.N, whole[:3, :3])
-    np.testing.assert_array_equal(one.estimate.g, whole[:3, 3])
+    np.testing.assert_array_equal(one.estimate.N, np.sum([part.N for part in one.parts], axis=0))
+    np.testing.assert_array_equal(one.estimate.g, np.sum([part.g for part in one.parts], axis=0))
     assert one.estimate.c == pytest.approx(2 * TO, abs=0.5)
+    whole = np.arange(16.0).reshape(4, 4)
     half = CoefficientEstimate.of(whole, 2.0)
     np.testing.assert_array_equal(
         (half.N, half.g[None].repeat(3, 0)), (whole[:3, :3] / 2, whole[:3, 3][None].repeat(3, 0) / 2)

@@ -1,9 +1,10 @@
-"""The test of a candidate in several recordings at once, with a noise model for each."""
+"""An effect in several recordings at once: coefficients, nats and presence, with a noise model for each recording."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from enum import StrEnum
 from functools import cached_property
 
 import numpy as np
@@ -11,24 +12,42 @@ import numpy as np
 from diagnosis.evidence.candidate_test import ColouredBaseline, surrogate_columns
 from diagnosis.evidence.held_out import search_price
 from diagnosis.evidence.hypothesis import Hypothesis, information_matrices, remaining, white_noise_model
-from diagnosis.evidence.projections import products
+from diagnosis.evidence.projections import explained_nats, products
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.several.coefficients import CoefficientEstimate, cross_predicted_gain, with_scatter
+from diagnosis.result import Transfer
+from diagnosis.several.coefficients import (
+    NOT_COMPARED,
+    Agreement,
+    CoefficientEstimate,
+    cross_predicted_gain,
+    pool_estimates,
+    predicted_by_others,
+    with_scatter,
+)
 from scenarios.arrays import Array
+from validation.signals.amplitude import rms
 
 Posed = tuple[LinearProblem, ColouredBaseline]
 """A recording compared with the model, and its baseline with the accepted effects."""
+
+
+class Presence(StrEnum):
+    """Presence of an effect in one recording."""
+
+    PRESENT = "present"
+    ABSENT = "absent"
+    UNDECIDED = "cannot tell"
+    NOT_RECORDED = "causes not recorded"
 
 
 @dataclass(frozen=True, eq=False)
 class CandidateInRecording:
     """A candidate in one recording: its columns (n, q, k) in rows, and the hypothesis of its presence.
 
-    parts: products (k + 1, k + 1) of whitened columns and target over parts of the recording. null_gain: nats by which
-    the recording without the candidate is explained better by its own noise model than by the candidate's.
-    held_out_gain: nats on held-out folds.
+    parts: coefficients in parts of the recording. null_gain: nats by which the recording without the candidate is
+    explained better by its own noise model than by the candidate's. held_out_gain: nats on held-out folds.
     """
 
     candidate: Candidate
@@ -36,7 +55,7 @@ class CandidateInRecording:
     baseline: ColouredBaseline
     columns: Array
     hypothesis: Hypothesis
-    parts: tuple[Array, ...]
+    parts: list[CoefficientEstimate]
     null_gain: float
     held_out_gain: float
 
@@ -44,15 +63,12 @@ class CandidateInRecording:
     def of(cls, candidate: Candidate, posed: Posed, columns: Array) -> CandidateInRecording:
         """Fit the candidate with its own noise model."""
         problem, baseline = posed
-        rows, accepted, (hypothesis, same, gain) = (
-            baseline.rows,
-            baseline.accepted_columns,
-            baseline.fit_columns(columns),
-        )
-        left = remaining(rows, accepted, columns, hypothesis.noise_model)
-        parts = tuple(products(part) for part in np.array_split(left, rows.policy.scatter_parts))
+        hypothesis, same, gain = baseline.fit_columns(columns)
+        left = remaining(baseline.rows, baseline.accepted_columns, columns, hypothesis.noise_model)
+        parts = np.array_split(left, problem.policy.scatter_parts)
+        estimates = [CoefficientEstimate.of(products(part)) for part in parts]
         null_gain = max(baseline.hypothesis.log_likelihood - same.log_likelihood, 0.0)
-        return cls(candidate, problem, baseline, columns, hypothesis, parts, null_gain, gain)
+        return cls(candidate, problem, baseline, columns, hypothesis, estimates, null_gain, gain)
 
     @property
     def posed(self) -> Posed:
@@ -68,15 +84,14 @@ class CandidateInRecording:
     @cached_property
     def inflation(self) -> float:
         """Inflation of nats by coloured noise: mean gain of the surrogates over half a column each."""
-        gains = [surrogate.gain(surrogate.c) for surrogate in map(CoefficientEstimate.of, self.surrogates)]
-        return max(1.0, float(2 * np.mean(gains) / self.columns.shape[2]))
+        return max(1.0, float(2 * np.mean(list(map(explained_nats, self.surrogates))) / self.columns.shape[2]))
 
     @cached_property
     def estimate(self) -> CoefficientEstimate:
         """Estimate of the coefficients, with the error stated by the noise model."""
-        return CoefficientEstimate.of(np.sum(self.parts, axis=0))
+        return pool_estimates(self.parts)
 
-    @property
+    @cached_property
     def strength(self) -> float:
         """Rms of the effect at its own coefficients after the base is refitted, in units of the noise."""
         rows, q = self.baseline.rows, self.columns.shape[1]
@@ -104,15 +119,23 @@ class CandidateInRecording:
 
 
 @dataclass(frozen=True, eq=False)
-class PooledCandidate:
-    """A candidate at one setting in several recordings: `here` in those that hold its causes, by index."""
+class PooledEffect:
+    """An effect at one setting in several recordings: `here` in those that hold its causes, by index.
+
+    price: nats of the search. transfer: None unless accepted. nats: of coefficients predicted by the other recordings,
+    over the inflation. agreement: pooled coefficients of the recordings with the effect. alternatives: look-alikes.
+    """
 
     candidate: Candidate
     here: dict[int, CandidateInRecording]
     price: float
+    transfer: Transfer | None = None
+    nats: float = 0.0
+    agreement: Agreement = NOT_COMPARED
+    alternatives: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, settings: Sequence[Candidate], posed: Sequence[Posed]) -> PooledCandidate:
+    def of(cls, settings: Sequence[Candidate], posed: Sequence[Posed]) -> PooledEffect:
         """Test a candidate next to accepted effects, at the first setting or the likeliest in the noise it leaves."""
         first = cls._at(settings[0], settings, posed)
         if len(settings) == 1:
@@ -121,23 +144,22 @@ class PooledCandidate:
         likely = cross_predicted(settings, left)
         best = max(settings, key=lambda setting: likely[setting])
         found = first if best == settings[0] else cls._at(best, settings, posed)
-        return max(first, found, key=lambda pooled: pooled.gain)
+        return max(first, found, key=lambda effect: effect.gain)
 
     @classmethod
-    def _at(cls, candidate: Candidate, settings: Sequence[Candidate], posed: Sequence[Posed]) -> PooledCandidate:
+    def _at(cls, candidate: Candidate, settings: Sequence[Candidate], posed: Sequence[Posed]) -> PooledEffect:
         """Test one of several settings, at the price of a search among all."""
         here = {}
         for i, (problem, baseline) in enumerate(posed):
             if (columns := columns_in(candidate, problem)) is not None:
                 here[i] = CandidateInRecording.of(candidate, (problem, baseline), baseline.rows.bin(columns))
-        width = max((one.columns.shape[2] for one in here.values()), default=1)
-        tried = max(setting.tried for setting in settings) * len(settings)
-        return cls(candidate, here, search_price(tried, width, posed[0][0].policy))
+        found, tried = cls(candidate, here, 0.0), max(setting.tried for setting in settings) * len(settings)
+        return replace(found, price=search_price(tried, found.width or 1, posed[0][0].policy))
 
     @classmethod
     def beside(
         cls, settings: Sequence[Candidate], others: Iterable[Candidate], problems: Sequence[LinearProblem]
-    ) -> PooledCandidate:
+    ) -> PooledEffect:
         """Test a candidate as `of` does, next to other candidates in the recordings that hold their causes."""
         known, posed = list(others), []
         for problem in problems:
@@ -186,16 +208,10 @@ class PooledCandidate:
     def estimates(self) -> dict[int, CoefficientEstimate]:
         """Estimates of the coefficients by recording, with errors widened by their scatter."""
         tested = self.here.values()
-        parts = [list(map(CoefficientEstimate.of, one.parts)) for one in tested]
-        found = with_scatter(parts, [one.inflation for one in tested]) if parts else []
+        found = with_scatter([one.parts for one in tested], [one.inflation for one in tested]) if tested else []
         return dict(zip(self.here, found, strict=True))
 
-    @property
-    def error_degrees(self) -> int:
-        """Degrees of freedom of the coefficients' error estimates."""
-        return sum(len(one.parts) - 1 for one in self.here.values())
-
-    def nats(self, i: int, c: Array) -> float:
+    def predicted_nats(self, i: int, c: Array) -> float:
         """Nats explained in a recording by coefficients (k,), over the inflation of their error."""
         one = self.here[i]
         return (one.estimate.gain(c) - one.null_gain) / self.estimates[i].inflation(c)
@@ -203,6 +219,40 @@ class PooledCandidate:
     def own_nats(self, i: int) -> float:
         """Nats on held-out folds of a recording's own coefficients, over the inflation of their error."""
         return self.here[i].held_out_gain / self.estimates[i].inflation(self.estimates[i].c)
+
+    @cached_property
+    def presence(self) -> dict[int, Presence]:
+        """Presence in the recordings that hold the causes, by own coefficients or by those of the others with it."""
+        apart, found = self.policy.apart, {}
+        strong = [i for i in self.here if self.own_nats(i) > apart] or list(self.here)
+        for i, estimate in self.estimates.items():
+            c = predicted_by_others({j: self.estimates[j] for j in {i, *strong}})[i]
+            gain = estimate.gain(c) / estimate.inflation(c)
+            if (self.own_nats(i) > apart and self.candidate.within_bounds(estimate.c)) or gain > apart:
+                found[i] = Presence.PRESENT
+            else:
+                found[i] = Presence.ABSENT if gain < -apart else Presence.UNDECIDED
+        return found
+
+    @property
+    def present(self) -> list[int]:
+        """Indices of the recordings that show the effect."""
+        return [i for i, presence in self.presence.items() if presence is Presence.PRESENT]
+
+    @property
+    def shown(self) -> list[int]:
+        """Indices of the recordings that show the effect; of all with its causes where together they alone show it."""
+        return self.present or list(self.here)
+
+    @property
+    def possible(self) -> dict[int, CoefficientEstimate]:
+        """Coefficients in the recordings that hold the causes and do not exclude the effect."""
+        return {i: one for i, one in self.estimates.items() if self.presence[i] is not Presence.ABSENT}
+
+    @property
+    def strength(self) -> float:
+        """Rms over the recordings with the effect, in units of the noise of each."""
+        return rms(np.array([self.here[i].strength for i in self.shown]))
 
     def surrogate_gain(self) -> float:
         """Largest nats of common coefficients among surrogates, shifted alike in every recording."""
@@ -212,7 +262,7 @@ class PooledCandidate:
         return max(cross_predicted_gain(list(map(CoefficientEstimate.of, turn, inflation))) for turn in turns)
 
     def explains(self, rival: Mapping[int, Array]) -> bool:
-        """Whether a rival's columns (n, q, k) by recording keep little of their gain once this candidate is fitted."""
+        """Whether a rival's columns (n, q, k) by recording keep little of their gain once this effect is fitted."""
         kept = alone = 0.0
         for i in rival.keys() & self.here.keys():
             best = self.here[i]
