@@ -28,9 +28,8 @@ import numpy as np  # noqa: E402
 from benchmarks.diagnosis.motion import QUIET  # noqa: E402
 from benchmarks.diagnosis.resumed import resumed  # noqa: E402
 from benchmarks.diagnosis.truth import BASE, times  # noqa: E402
-from diagnosis.next_leg.advice import advised  # noqa: E402
+from diagnosis.next_leg.advice import advised, are_equivalent  # noqa: E402
 from diagnosis.next_leg.legs import measured_along  # noqa: E402
-from diagnosis.next_leg.pairs import are_equivalent  # noqa: E402
 from diagnosis.problem.formulation import pose  # noqa: E402
 from diagnosis.result import Diagnosis  # noqa: E402
 from diagnosis.workflow import diagnose  # noqa: E402

@@ -11,16 +11,16 @@ from pydantic import ValidationError
 
 from diagnosis.problem.formulation import pose
 from diagnosis.problem.linear import LinearProblem
+from diagnosis.problem.motion import motion_of
 from recordings import Recording
-from recordings.assemble import recording_of
-from scenarios.arrays import Array
 from scenarios.errors import InputError
 from scenarios.toml import as_dict
 from sim.chain import apply_deterministic
 from sim.effects import Effects
 from sim.effects.base import Effect
+from sim.memory_run import run_in_memory
 from sim.scenario import Scenario
-from sim.simulation import blocks, plan
+from sim.simulation import plan
 
 Phase = dict[str, Any]
 SWAYING: Phase = {"roll_amplitude_deg": 20.0, "pitch_amplitude_deg": 20.0}
@@ -56,20 +56,22 @@ LEGS: tuple[tuple[str, tuple[Phase, ...]], ...] = (
 QUIET = {"attitude_noise_std_deg": 0.0, "position_noise_std_m": 0.0}
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class CandidateLeg:
-    """A leg: in words, as a scenario, and its duration."""
+    """A leg in words, and its scenario."""
 
     words: str
     scenario: Scenario
-    duration_s: float
+
+    @property
+    def duration_s(self) -> float:
+        """Duration of the leg."""
+        return sum(phase.duration_s for phase in self.scenario.phases)
 
     def repeated(self, times: int) -> Scenario:
         """The scenario of the leg flown several times."""
-        summary = f"To distinguish: {self.words}"
-        return self.scenario.model_copy(
-            update={"phases": self.scenario.phases * times, "name": "next", "summary": summary}
-        )
+        told = {"name": "next", "summary": f"To distinguish: {self.words}"}
+        return self.scenario.model_copy(update={"phases": self.scenario.phases * times, **told})
 
     def problem(self, like: LinearProblem, always: Sequence[Effect]) -> LinearProblem | None:
         """Pose the problem on the motion of the leg, with permanent effects and the noise of a given problem.
@@ -82,10 +84,9 @@ class CandidateLeg:
         except InputError:
             return None
         enu_nT = like.state.field_enu_nT
-        strength_nT = float(np.linalg.norm(enu_nT))
-        state = pose(recording, enu_nT, strength_nT, like.effects, like.policy).state
-        mag_nT = apply_deterministic(always, state)[0]
-        posed = pose(replace(recording, mag_nT=mag_nT), enu_nT, strength_nT, like.effects, like.policy)
+        state = motion_of(recording, enu_nT, like.policy, None)
+        flown = replace(recording, mag_nT=apply_deterministic(always, state)[0])
+        posed = pose(flown, enu_nT, float(np.linalg.norm(enu_nT)), like.effects, like.policy)
         return replace(posed, sigma_nT=like.sigma_nT)
 
 
@@ -99,25 +100,12 @@ def legs_of(model: Scenario) -> list[CandidateLeg]:
         except (ValidationError, InputError):
             continue
         if [phase.model_dump(exclude_unset=True) for phase in scenario.phases] != flown:
-            legs.append(CandidateLeg(words, scenario, sum(phase.duration_s for phase in scenario.phases)))
+            legs.append(CandidateLeg(words, scenario))
     return legs
-
-
-def flown_legs(
-    model: Scenario, like: LinearProblem, always: Sequence[Effect]
-) -> list[tuple[CandidateLeg, LinearProblem]]:
-    """The feasible legs whose end the vehicle reaches, with their problems; see `CandidateLeg.problem`."""
-    return [(leg, posed) for leg in legs_of(model) if (posed := leg.problem(like, always)) is not None]
 
 
 def measured_along(scenario: Scenario) -> Recording:
     """The recording of a flight without errors of magnetometer and navigation."""
-    bare: dict[str, Any] = {"effects": Effects(), "effect_order": None, "vary": {}, "sensor": None}
+    bare = {"effects": Effects(), "effect_order": None, "vary": {}, "sensor": None}
     quiet = scenario.navigation.model_copy(update=QUIET)
-    made = plan(scenario.model_copy(update={**bare, "navigation": quiet}), 0, 0)
-    columns: dict[str, list[Array]] = {}
-    for block in blocks(made):
-        for key, values in block.items():
-            if not key.startswith(("true_", "effect")):
-                columns.setdefault(key, []).append(values)
-    return recording_of({key: np.concatenate(parts) for key, parts in columns.items()})
+    return run_in_memory(plan(scenario.model_copy(update={**bare, "navigation": quiet}), 0, 0))[0]

@@ -15,7 +15,7 @@ from sim.scenario import load
 from tests.diagnosis.synthetic import problem, recording
 
 SHORT = load("auv-spiral", ["phases.0.duration_s=45", "navigation.attitude_noise_std_deg=1"])
-LEG = CandidateLeg("a short spiral", SHORT, 45.0)
+LEG = CandidateLeg("a short spiral", SHORT)
 
 
 def test_a_leg_is_flown_without_any_error() -> None:

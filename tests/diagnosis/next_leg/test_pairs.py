@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from diagnosis.library.candidates import Candidate, iron_candidates
-from diagnosis.next_leg.pairs import HypothesisPair, LegProblem, pairs_of
+from diagnosis.next_leg.advice import HypothesisPair, LegProblem, pairs_of
 from diagnosis.policy import STANDARD
 from diagnosis.result import EvidenceKind, NamedEffect
 from sim.effects.base import Effect
@@ -124,14 +124,19 @@ def test_what_a_leg_tells_of_two_is_what_the_wrong_one_lacks_beyond_an_error_of_
     assert pair.separation_nats(leg) == nats
 
 
-def test_a_name_is_told_from_what_another_run_can_show(flown: LegProblem, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_name_is_told_from_what_another_run_can_show(flown: LegProblem) -> None:
     """Neither from a twin nor from an event of one run; a change of the iron also from all others."""
-    monkeypatch.setattr(HypothesisPair, "of", lambda hand, one, other, *, listed: (other, listed))
+
+    def rivals(cause: NamedEffect) -> list[tuple[str, bool]]:
+        return [(pair.second.name, pair.listed) for pair in pairs_of(flown, cause)]
+
     iron = [name for name in iron_candidates() if name not in (HardIron.name, SoftIron.name)]
-    changed = replace(named(HardIron(), SoftIron.name), kind=EvidenceKind.IRON)
-    assert list(pairs_of(flown, changed)) == [(SoftIron.name, True), *((name, False) for name in iron)]
-    field = named(RegionalField(), AttitudeMisalignment.name, OffsetJump.name, "no such", Latency.name)
-    assert list(pairs_of(flown, field)) == [(Latency.name, True)]
+    changed = replace(named(HardIron((5.0, -3.0, 4.0)), SoftIron.name), kind=EvidenceKind.IRON)
+    assert rivals(changed) == [(SoftIron.name, True), *((name, False) for name in iron)]
+    field = named(
+        RegionalField((50.0, -30.0, 40.0)), AttitudeMisalignment.name, OffsetJump.name, "no such", Latency.name
+    )
+    assert rivals(field) == [(Latency.name, True)]
 
 
 def test_settings_are_sought_in_the_window_of_what_was_named(flown: LegProblem) -> None:
@@ -142,10 +147,7 @@ def test_settings_are_sought_in_the_window_of_what_was_named(flown: LegProblem) 
 
 def test_a_name_may_look_like_another_at_every_setting_that_is_listed_for_it(flown: LegProblem) -> None:
     """Found with both motors' current, it may be one's."""
-    pair = HypothesisPair.of(
-        flown, named(MotorCurrent(gain_nT_A=(3.0, -2.0, 4.0)), "hysteresis"), "hysteresis", listed=True
-    )
-    assert pair is not None
+    (pair,) = pairs_of(flown, named(MotorCurrent(gain_nT_A=(3.0, -2.0, 4.0)), "hysteresis"))
     assert {dict(one.nonlinear)["motor"] for one in pair.first_candidates} == {0, 1, 2}
 
 
