@@ -183,8 +183,12 @@ def colour(total: Array, count: Array, policy: Policy) -> float:
 
 
 def inflation(s: Sums, f: BlockFit, policy: Policy) -> float:
-    """V = max(1, W over 5 s, 20 s and 80 s): inflation of a log-likelihood ratio by coloured residuals."""
-    total, count = block_sums(s, f), s.count
+    """V: inflation of a log-likelihood ratio by coloured residuals."""
+    return largest_excess(block_sums(s, f), s.count, policy)
+
+
+def largest_excess(total: Array, count: Array, policy: Policy) -> float:
+    """V = max(1, W over 5 s, 20 s and 80 s) of sums (m, q) over blocks of samples (m,)."""
     worst = 1.0
     for several in policy.colour_blocks:
         whole = len(total) // several * several

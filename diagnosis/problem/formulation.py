@@ -10,11 +10,10 @@ from scipy.fft import dct, idct
 
 from calib.numerics.noise import white_noise_std
 from diagnosis.policy import STANDARD, Policy
-from diagnosis.problem.iron_fit import fit_iron
 from diagnosis.problem.linear import LinearProblem, ReferenceCorrection
 from diagnosis.problem.motion import FieldTrack, Level, attitude_at_its_time, motion_of
 from diagnosis.problem.sensors import recorded_reference
-from diagnosis.problem.strength import strength_problem
+from diagnosis.problem.strength import fit_iron, strength_problem
 from diagnosis.problem.vector import relative_problem, still_problem, vector_problem, with_attitude_std
 from recordings import Recording
 from recordings.channels import SCALAR

@@ -150,6 +150,13 @@ def held(mag_nT: Array, residual: Array, policy: Policy) -> NDArray[np.bool_]:
     return again & (float(again.mean()) > policy.much_larger * chance)
 
 
+def outliers(off: Array, policy: Policy) -> NDArray[np.bool_]:
+    """Mask (n,) of rows of deviations (n, q) far beyond the median; none where they are too many to be failures."""
+    size = np.abs(off)
+    far = (size > policy.never_sigma * np.maximum(np.median(size, axis=0), 1e-9)).any(axis=1)
+    return np.asarray(far & (far.mean() < policy.fair_share))
+
+
 def noise_of_neighbours(residual: Array, mag_nT: Array, time_s: Array, policy: Policy) -> Array:
     """White noise (q,) of a residual (n, q) without motion, from rows that are not repeated, and not across pauses.
 

@@ -10,7 +10,16 @@ import numpy as np
 from calib.numerics.rates import body_rate, smoothed_derivative
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import IN_EARTH_FRAME, LinearProblem, about_model_effects
-from diagnosis.problem.motion import FieldTrack, held, measured, motion_of, noise_of_neighbours, sample_noise, state_of
+from diagnosis.problem.motion import (
+    FieldTrack,
+    held,
+    measured,
+    motion_of,
+    noise_of_neighbours,
+    outliers,
+    sample_noise,
+    state_of,
+)
 from recordings import Recording
 from recordings.channels import REFERENCE
 from scenarios.arrays import Array
@@ -161,11 +170,8 @@ def fit_matrix(field: Array, clean: Array) -> Array:
 def robust_fit(base: Array, mag_nT: Array, policy: Policy) -> Array:
     """Least squares (p, q), repeated once without outliers, so that rare failures do not determine the base."""
     beta = np.linalg.lstsq(base, mag_nT, rcond=None)[0]
-    off = np.abs(mag_nT - base @ beta)
-    far = (off > policy.never_sigma * np.maximum(np.median(off, axis=0), 1e-9)).any(axis=1)
-    if 0 < np.count_nonzero(far) < policy.fair_share * len(far):
-        beta = np.linalg.lstsq(base[~far], mag_nT[~far], rcond=None)[0]
-    return np.asarray(beta)
+    far = outliers(mag_nT - base @ beta, policy)
+    return np.asarray(np.linalg.lstsq(base[~far], mag_nT[~far], rcond=None)[0] if far.any() else beta)
 
 
 def _reference_state(seen: Recording, reference_nT: Array, policy: Policy) -> State:

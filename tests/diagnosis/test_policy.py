@@ -23,12 +23,12 @@ GUARDS = {
     "reference_checks.py": {"MISREAD", "LEAST_SHOWN_NT"},
     "motion.py": {"NODES", "ANY_DATE", "HIGHEST_M", "LEAST_NOISE"},
     "vector.py": {"FIELD_ERROR", "DELAY_S", "STEPS"},
-    "strength.py": {"TURN_STEP_S"},
     "late_attitude.py": {"FARTHEST", "SETTLED_S"},
     "projections.py": {"GONE"},
     "hypothesis.py": {"SAME_NATS", "FAR_NATS"},
     "windowed_candidates.py": {"NOTHING"},
-    "iron_fit.py": {
+    "strength.py": {
+        "TURN_STEP_S",
         "MOST_STEPS",
         "SETTLED",
         "FIRST_DAMPING",

@@ -8,8 +8,8 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation
 
 from diagnosis.policy import STANDARD
-from diagnosis.problem.iron_fit import deviations, fit_iron, unit_of
 from diagnosis.problem.motion import Level
+from diagnosis.problem.strength import deviations, fit_iron, unit_of
 from diagnosis.problem.vector import robust_fit
 from scenarios.arrays import Array
 

@@ -13,9 +13,9 @@ from diagnosis.evidence.localise import channels
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose, refit_iron
-from diagnosis.problem.iron_fit import dip_rad, upright
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.problem.motion import FieldTrack, Level
+from diagnosis.problem.strength import dip_rad, upright
 from scenarios.arrays import Array
 from sim.effects.currents import MotorCurrent
 from tests.diagnosis.synthetic import FIELD_ENU_NT, NOISE_NT, STRENGTH_NT, recording, without_attitude
