@@ -125,7 +125,7 @@ NOTHING: Mapping[str, Mapping[str, Neutral]] = {
         "_held": answer(None),
         "_wrong_values": answer(None),
         "_across_the_field": answer(value=False),
-        "find_burst_peaks": lambda rule, problem, left_nT: np.zeros(left_nT.shape, bool),
+        "find_burst_peaks": lambda rule, problem: np.zeros(problem.recording.mag_nT.shape, bool),
     },
     "decision.conclusion": {
         "find_slow_noise": answer(None),

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.ndimage import median_filter
+from scipy.ndimage import binary_dilation, median_filter
 
 from diagnosis.evidence.along_field import along_field
 from diagnosis.policy import Policy
@@ -43,18 +43,14 @@ def direct_evidence(problem: LinearProblem, without: frozenset[str] = frozenset(
     lattices = tuple(find_lattice(axis) for axis in problem.recording.mag_nT.T)
     clipped = _clipped(problem, lattices)
     found = [_rounded(problem, lattices), clipped, _held(problem)]
-    no_values = [repeated(problem.recording.mag_nT), problem.usable == 0]
-    gone = np.logical_or.reduce([*no_values, *(finding.samples for finding in found if finding is not None)])
     if clipped is None:  # a clipped stretch has no noise of its own to measure a spike by
-        found.append(_wrong_values(problem, lattices, _with_neighbours(problem, gone)))
+        found.append(_wrong_values(problem, lattices))
     return [finding for finding in found if finding is not None and finding.effect.name not in without]
 
 
 def held_rows(problem: LinearProblem) -> Mask:
     """Mask (n,) of rows that repeat the row before because no new value was measured."""
-    mag_nT = problem.recording.mag_nT
-    residual = problem.off_strength_nT if problem.mode == "strength" else mag_nT - problem.clean_nT
-    return held(mag_nT, residual, problem.policy)
+    return held(problem.recording.mag_nT, problem.off_nT, problem.policy)
 
 
 def find_start_samples(problem: LinearProblem) -> Mask:
@@ -63,13 +59,11 @@ def find_start_samples(problem: LinearProblem) -> Mask:
     Two samples of this kind, in a recording that begins in motion, would outweigh the remaining samples in the test of
     an effect's form. With attitude only, and at most a small share of the samples.
     """
-    policy, time_s = problem.policy, problem.recording.time_s
+    policy, time_s, sections = problem.policy, problem.recording.time_s, problem.sections
     after_start = np.zeros(len(time_s), dtype=bool)
-    if problem.mode != "vector" or problem.still or problem.relative:
-        return after_start
-    most = policy.start_share * len(time_s) * problem.state.interval_s / len(problem.sections)
-    for section in problem.sections:
-        after_start[section] = time_s[section] - time_s[section.start] < min(policy.start_s, most)
+    most_s = min(policy.start_s, policy.start_share * len(time_s) * problem.state.interval_s / len(sections))
+    for section in sections if _has_attitude(problem) else ():
+        after_start[section] = time_s[section] - time_s[section.start] < most_s
     return after_start
 
 
@@ -87,13 +81,13 @@ def _rounded(problem: LinearProblem, lattices: Lattices) -> DirectFinding | None
 
 def _clipped(problem: LinearProblem, lattices: Lattices) -> DirectFinding | None:
     """Values that pile up at a full scale."""
-    mag = problem.recording.mag_nT
-    piles = pile_up(mag, lattices)
+    mag_nT = problem.recording.mag_nT
+    piles = pile_up(mag_nT, lattices)
     if not piles:
         return None
     level = float(np.median([abs(pile.level) for pile in piles]))
     stated = abs(level - [0.0, *_stated(problem, "full_scale")][-1]) < problem.policy.same_full_scale * level
-    return _finding("full_scale", np.any(np.abs(mag) >= level * (1 - 1e-9), axis=1), level, stated=stated)
+    return _finding("full_scale", (np.abs(mag_nT) >= level * (1 - 1e-9)).any(axis=1), level, stated=stated)
 
 
 def _held(problem: LinearProblem) -> DirectFinding | None:
@@ -127,80 +121,75 @@ def _dropout_law(lengths: NDArray[Any]) -> tuple[float, float]:
     return float(len(lengths) / (d * -np.expm1(-1.0 / d))), float(d)
 
 
-def _wrong_values(problem: LinearProblem, lattices: Lattices, beside: Mask) -> DirectFinding | None:
-    """Isolated outliers and bursts, unless a neighbour is repeated, clipped or a current's spike."""
-    policy, residual = problem.policy, problem.recording.mag_nT - problem.clean_nT
-    switched = np.asarray(spikes(problem.state.current_A).any(axis=1), dtype=np.bool_)
-    found = _isolated(problem, lattices, residual) | find_burst_peaks(problem, residual)
-    where: Mask = np.asarray(found & ~(beside | _with_neighbours(problem, switched))[:, None], dtype=np.bool_)
-    single: Mask = np.asarray(where.any(axis=1))
-    if np.count_nonzero(where) < policy.least_spikes or _across_the_field(problem, residual, single):
+def _wrong_values(problem: LinearProblem, lattices: Lattices) -> DirectFinding | None:
+    """Isolated outliers and bursts, unless beside a repeated row, an invalid one, or a current's spike."""
+    policy, mag_nT = problem.policy, problem.recording.mag_nT
+    switched = spikes(problem.state.current_A).any(axis=1)
+    doubtful = repeated(mag_nT) | (problem.usable == 0) | switched
+    valid = ~binary_dilation(doubtful, iterations=policy.spike_margin)
+    where: Mask = (_isolated(problem, lattices) | find_burst_peaks(problem)) & valid[:, None]
+    samples: Mask = np.asarray(where.any(axis=1))
+    if np.count_nonzero(where) < policy.least_spikes or _across_the_field(problem, samples):
         return None
-    far, peaks = _far_runs(problem, residual, beside)
+    far, peaks = _far_runs(problem, valid)
     if problem.mode == "vector" and np.count_nonzero(peaks) >= policy.least_spikes:
         where = peaks  # the smaller ones too: their law is known by more of them
+    residual = mag_nT - problem.clean_nT
     sizes_nT = np.abs(residual - np.median(residual, axis=0))[where]
     rate_hz, mean_nT = _spike_law(sizes_nT, len(residual) * problem.state.interval_s, policy.quarter)
-    return _finding("outliers", single | far, rate_hz, mean_nT, stated=bool(_stated(problem, "outliers")))
+    return _finding("outliers", samples | far, rate_hz, mean_nT, stated=bool(_stated(problem, "outliers")))
 
 
-def _far_runs(problem: LinearProblem, residual: Array, beside: Mask) -> tuple[Mask, Mask]:
-    """Mask (n,) of short runs far from a quiet residual (n, 3), or strength, and mask (n, q) of their high peaks.
+def _far_runs(problem: LinearProblem, valid: Mask) -> tuple[Mask, Mask]:
+    """Masks of short runs far from the base, of samples (n,) among the valid (n,), and of their high peaks (n, q).
 
-    A body beside the path, or a base that does not fit, lasts longer. Samples (n,) `beside` are left out.
+    A body beside the path lasts longer.
     """
-    policy = problem.policy
-    seen = np.abs(problem.target[:, :1] if problem.mode == "strength" else residual / problem.sigma_nT)
-    far, peaks = np.zeros(len(seen), np.bool_), np.zeros(seen.shape, np.bool_)
-    if not _is_quiet(seen, policy):
-        return far, peaks
-    for first, end in runs(np.asarray((seen > policy.far_sigma).any(axis=1))):
-        far[first:end] = end - first <= policy.most_burst
-    far &= ~beside
-    for first, end in runs(far):
-        sample, axis = np.unravel_index(np.argmax(seen[first:end]), seen[first:end].shape)
-        peaks[first + sample, axis] = seen[first + sample, axis] > policy.never_sigma
+    policy, size = problem.policy, np.abs(_quiet_deviation(problem))
+    far, peaks = np.zeros(len(size), np.bool_), np.zeros(size.shape, np.bool_)
+    for first, end in runs((size > policy.far_sigma).any(axis=1)):
+        if end - first <= policy.most_burst:
+            far[first:end] = valid[first:end]
+            within = size[first:end] * valid[first:end, None]
+            sample, axis = np.unravel_index(np.argmax(within), within.shape)
+            peaks[first + sample, axis] = within[sample, axis] > policy.never_sigma
     return far, peaks
 
 
-def _isolated(problem: LinearProblem, lattices: Lattices, residual: Array) -> Mask:
-    """Isolated outliers (n, 3), in the raw values and in the base's residual (n, 3): a fast turn is no spike.
+def _isolated(problem: LinearProblem, lattices: Lattices) -> Mask:
+    """Isolated outliers (n, 3), in the raw values and beside the base: a fast turn is no spike.
 
     Where only the strength is known the strength must deviate; deviations across the field do not count.
     """
     steps = np.array([0.0 if lattice is None else lattice.step for lattice in lattices])
     gaps = pauses_after(problem.state.time_s, problem.policy)
-    raw = spikes(problem.recording.mag_nT, steps, gaps)
-    if problem.still:
-        return raw
-    by_strength = problem.mode == "strength"
-    return raw & spikes(problem.off_strength_nT if by_strength else residual, None if by_strength else steps, gaps)
+    beside_base = spikes(problem.off_nT, None if problem.mode == "strength" else steps, gaps)
+    return np.asarray(spikes(problem.recording.mag_nT, steps, gaps) & beside_base)
 
 
-def find_burst_peaks(problem: LinearProblem, left_nT: Array) -> Mask:
-    """Mask (n, 3) of the highest value of every burst in the base's residual (n, 3), or in the strength.
+def find_burst_peaks(problem: LinearProblem) -> Mask:
+    """Mask (n, 3) of the highest value of every burst beside the base.
 
     A burst lasts 2 to `most_burst` samples, each `never_sigma` from the local median, while both samples beside the
-    burst and the median of the deviations are near: a fast turn, a passed body, or a base that does not fit, is no
-    burst. A deviation of the strength, which no turn causes, may last one sample unless between two pauses. Without
-    attitude the affected axis is the farthest from the line between the ends of the burst.
+    burst and the median of the deviations are near: a fast turn or a passed body is no burst. A deviation of the
+    strength, which no turn causes, may last one sample unless between two pauses. Without attitude the affected axis is
+    the farthest from the line between the ends of the burst.
     """
-    found, policy, by_strength = np.zeros(left_nT.shape, bool), problem.policy, problem.mode == "strength"
-    seen_nT = problem.off_strength_nT if by_strength else left_nT
-    seen = seen_nT / problem.sigma_nT[: seen_nT.shape[1]]
-    if problem.still or not _is_quiet(np.abs(seen), policy):
+    policy, mag_nT, seen = problem.policy, problem.recording.mag_nT, _quiet_deviation(problem)
+    found, may_be_single = np.zeros(mag_nT.shape, bool), np.full(len(mag_nT), problem.mode == "strength")
+    if problem.still:
         return found
-    single = np.ones(len(found), bool) if by_strength else _off_strength(problem, left_nT)
+    if _has_attitude(problem):
+        may_be_single = _far(along_field(problem, seen)[0][:, None], policy)[0][:, 0]
     gaps = pauses_after(problem.state.time_s, policy)
-    single[np.intersect1d(gaps, gaps + 1)] = False
-    least = np.where(single, 1, 2)
+    may_be_single[np.intersect1d(gaps, gaps + 1)] = False
     stands_out, off = _far(seen, policy)
     for column, far in enumerate(stands_out.T):
         for first, end in runs(far):
             at = first + int(np.argmax(off[first:end, column]))
             sharp = _ends_sharply(off[:, column], first, end, policy)
-            if sharp and least[at] <= end - first <= policy.most_burst:
-                found[at, _farthest(problem.recording.mag_nT, first, end, at) if by_strength else column] = True
+            if sharp and 2 - may_be_single[at] <= end - first <= policy.most_burst:
+                found[at, column if problem.mode == "vector" else _farthest(mag_nT, first, end, at)] = True
     return found
 
 
@@ -210,11 +199,10 @@ def _ends_sharply(off: Array, first: int, end: int, policy: Policy) -> bool:
     return max(beside, default=0.0) < max(policy.far_larger, policy.quarter * off[first:end].max())
 
 
-def _off_strength(problem: LinearProblem, left_nT: Array) -> Mask:
-    """Mask (n,) of outliers of the strength in the base's residual (n, 3); empty without a compared attitude."""
-    if not problem.compares_across:
-        return np.zeros(len(left_nT), bool)
-    return _far(along_field(problem, left_nT / problem.sigma_nT)[0][:, None], problem.policy)[0][:, 0]
+def _quiet_deviation(problem: LinearProblem) -> Array:
+    """Deviation (n, q) from the base in units of the noise; 0 where large in the median: such a base does not fit."""
+    seen = problem.off_nT / problem.sigma_nT[: problem.off_nT.shape[1]]
+    return seen * bool((np.median(np.abs(seen), axis=0) < problem.policy.somewhat_larger).all())
 
 
 def _far(seen: Array, policy: Policy) -> tuple[Mask, Array]:
@@ -228,20 +216,19 @@ def _far(seen: Array, policy: Policy) -> tuple[Mask, Array]:
 def _farthest(mag_nT: Array, first: int, end: int, at: int) -> int:
     """Axis of values (n, 3) that is farthest, at sample `at`, from the line across samples `first` to `end`."""
     ends = np.clip([first - 1, end], 0, len(mag_nT) - 1)
-    share = (at - ends[0]) / max(ends[1] - ends[0], 1)
-    line = mag_nT[ends[0]] + share * (mag_nT[ends[1]] - mag_nT[ends[0]])
-    return int(np.argmax(np.abs(mag_nT[at] - line)))
+    line_nT = [np.interp(at, ends, axis[ends]) for axis in mag_nT.T]
+    return int(np.argmax(np.abs(mag_nT[at] - line_nT)))
 
 
-def _across_the_field(problem: LinearProblem, residual: Array, samples: Mask) -> bool:
-    """Whether the samples (n,) of a residual (n, 3) deviate across the field only, as errors of attitude or clock do.
+def _across_the_field(problem: LinearProblem, samples: Mask) -> bool:
+    """Whether the samples (n,) deviate from the base across the field only, as errors of attitude or clock do.
 
     With rms deviation d from the neighbours, a along the field, and s along the field in the remaining samples:
     ``a^2 - s^2 < (share d)^2``.
     """
-    if problem.mode != "vector" or problem.still or problem.relative:
+    if not _has_attitude(problem):
         return False
-    field_nT = residual @ np.linalg.inv(problem.turn).T
+    field_nT = problem.off_nT @ np.linalg.inv(problem.turn).T
     off = field_nT - median_filter(field_nT, (problem.policy.burst_median, 1))
     along = np.einsum("ni,ni->n", problem.direction, off)
     most = problem.policy.little * np.sqrt(3) * rms(off[samples])
@@ -263,18 +250,11 @@ def _spike_law(size_nT: Array, duration_s: float, one_size: float) -> tuple[floa
 
 def runs(samples: Mask) -> NDArray[np.intp]:
     """First sample and end (m, 2) of each run of true samples (n,)."""
-    return np.flatnonzero(np.diff(np.concatenate([[0], samples.astype(np.int8), [0]]))).reshape(-1, 2)
+    return np.flatnonzero(np.diff(samples, prepend=False, append=False)).reshape(-1, 2)
 
 
-def _is_quiet(seen: Array, policy: Policy) -> bool:
-    """Whether the sizes (n, q) of the base's residual, in units of the noise, are small in the median."""
-    return bool((np.median(seen, axis=0) < policy.somewhat_larger).all())
-
-
-def _with_neighbours(problem: LinearProblem, samples: Mask) -> Mask:
-    """Mask (n,) of samples and of their neighbours within `spike_margin`."""
-    width = 2 * problem.policy.spike_margin + 1
-    return np.asarray(np.convolve(samples, np.ones(width), mode="same") > 0, dtype=np.bool_)
+def _has_attitude(problem: LinearProblem) -> bool:
+    return problem.mode == "vector" and problem.compares_across
 
 
 def _stated(problem: LinearProblem, sign: Sign) -> list[Any]:

@@ -140,9 +140,11 @@ class LinearProblem:
         return each * self.target.shape[1] if self.base.ndim == 2 else each
 
     @property
-    def off_strength_nT(self) -> Array:
-        """Error (n, 1) of the strength in nT, in strength mode."""
-        return np.asarray(self.target[:, :1] * self.sigma_nT[:1])
+    def off_nT(self) -> Array:
+        """Deviation in nT from the base: of the strength (n, 1) in strength mode, else of the axes (n, 3)."""
+        if self.mode == "strength":
+            return np.asarray(self.target[:, :1] * self.sigma_nT[:1])
+        return np.asarray(self.recording.mag_nT - self.clean_nT)
 
     @cached_property
     def integrated_nT(self) -> Array:

@@ -1,4 +1,4 @@
-"""What the values show by themselves: rounding, full scale, held and wrong values, and more noise."""
+"""What the values show by themselves: rounding, full scale, held and wrong values."""
 
 from __future__ import annotations
 
@@ -9,24 +9,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from diagnosis.evidence.baseline import Baseline
-from diagnosis.evidence.direct import (
-    _across_the_field,
-    _spike_law,
-    _with_neighbours,
-    direct_evidence,
-    held_rows,
-)
-from diagnosis.evidence.localise import TIME, channels, explained_share, localise
-from diagnosis.evidence.residual_tests import missing_white_noise
+from diagnosis.evidence.direct import _spike_law, direct_evidence, held_rows
 from diagnosis.policy import STANDARD, Policy
 from recordings import Recording
-from recordings.channels import current_name
 from sim.effects.base import Effect
-from sim.effects.currents import MotorCurrent
 from sim.effects.electronics import Quantisation, Saturation
 from sim.effects.faults import Dropouts, Spikes
-from sim.effects.noise import WhiteNoise
 from tests.diagnosis.synthetic import FIELD_ENU_NT, NOISE_NT, problem, recording, without_attitude
 from validation.signals.faults import spikes
 
@@ -144,55 +132,6 @@ def test_a_body_beside_the_path_is_no_wrong_value_though_others_are() -> None:
     assert np.count_nonzero(found.samples) < 20  # of 150 that are far from the iron
 
 
-def test_more_white_noise_is_what_the_model_lacks() -> None:
-    """sqrt(5^2 - 3^2) = 4; rounding to q has q^2 / 12 of its own."""
-    posed = problem(noise_nT=5.0, model=(WhiteNoise((3.0, 3.0, 3.0)),))
-    left = Baseline.of(posed).residual()
-    found = missing_white_noise(posed, left, ())
-    assert isinstance(found, WhiteNoise)
-    assert found.std_nT == pytest.approx((4.0,) * 3, rel=0.06)
-    assert missing_white_noise(posed, left, (Quantisation(float(np.sqrt(12 * 16))),)) is None
-    assert missing_white_noise(problem(noise_nT=5.0, model=(WhiteNoise((4.9, 4.9, 4.9)),)), left, ()) is None
-    assert missing_white_noise(problem(noise_nT=5.0), left, ()) is None
-
-
-def test_the_noise_of_a_current_is_no_noise_of_the_magnetometer() -> None:
-    """0.1 A of noise beside 50 nT/A are 5 nT, as of a field that the current does not follow so fast."""
-    made = recording(noise_nT=5.0)
-    noisy = made.current_A + 0.1 * np.random.default_rng(1).normal(size=made.current_A.shape)
-    posed = problem(replace(made, current_A=noisy), model=(WhiteNoise((3.0, 3.0, 3.0)),))
-    posed = replace(posed, state=replace(posed.state, channels={**posed.state.channels, current_name(1): noisy[:, 0]}))
-    follows = MotorCurrent(gain_nT_A=(50.0, 50.0, 50.0), motor=1)
-    left = Baseline.of(posed).residual()
-    assert missing_white_noise(posed, left, (follows,)) is None
-    assert missing_white_noise(posed, left, (replace(follows, gain_nT_A=(5.0, 5.0, 5.0)),)) is not None
-
-
-def test_a_gap_goes_first_with_the_channel_that_drives_it() -> None:
-    posed = problem(replace(recording(), channels={"pump": np.sin(0.9 * recording().time_s) > 0.3}))
-    for name, values in channels(posed):
-        if name != TIME and not name.startswith("field"):
-            left = np.asarray(values)[:, None] * np.array([1.0, 0.5, -0.5]) / np.std(values)
-            first = localise(posed, left - left.mean(axis=0))[0]
-            assert first.channel == name
-            assert first.share > 0.9
-
-
-def test_the_share_of_a_channel_that_has_nothing_to_do_with_it_is_none() -> None:
-    rng = np.random.default_rng(6)
-    shares = [explained_share(rng.normal(size=800), rng.normal(size=(800, 3)), STANDARD) for _ in range(40)]
-    assert max(shares) < STANDARD.least_channel_share
-    assert explained_share(np.full(800, 3.0), rng.normal(size=(800, 3)), STANDARD) == 0.0
-
-
-def test_an_error_of_the_earths_frame_is_told_by_its_frame() -> None:
-    posed = problem()
-    wave = np.sin(0.02 * posed.state.time_s)[:, None] * np.array([3.0, -2.0, 1.0])
-    left = np.einsum("nji,nj->ni", posed.state.R_wb, wave)
-    time = next(one for one in localise(posed, left) if one.channel == TIME)
-    assert time.frame == "earth"
-
-
 def test_rows_that_a_slower_sensor_repeats_are_no_measurements() -> None:
     given = recording()
     slower = np.repeat(given.mag_nT[::2], 2, axis=0)[: len(given)]
@@ -286,12 +225,17 @@ def test_what_is_off_across_the_field_alone_is_an_error_of_the_attitude(share: f
     side = np.cross(along, [0.3, -0.5, 0.8])
     side /= np.linalg.norm(side, axis=1, keepdims=True)
     off_nT = samples[:, None] * 300.0 * (share * along + np.sqrt(1 - share**2) * side)
-    assert _across_the_field(posed, off_nT @ posed.turn.T, samples) is across
+    given = replace(posed.recording, mag_nT=posed.recording.mag_nT + off_nT @ posed.turn.T)
+    assert (direct_evidence(problem(given)) == []) is across
 
 
-def test_two_samples_beside_a_wrong_one_are_left_out_with_it() -> None:
-    samples = np.arange(1000) == 500
-    assert np.flatnonzero(_with_neighbours(problem(n=1000), samples)).tolist() == [498, 499, 500, 501, 502]
+@pytest.mark.parametrize(("beside", "seen"), [(2, False), (3, True)])
+def test_two_samples_beside_a_repeated_one_are_no_wrong_values(beside: int, seen: bool) -> None:
+    given, repeats = recording(), np.arange(300, 3600, 400)
+    mag_nT = given.mag_nT.copy()
+    mag_nT[repeats] = mag_nT[repeats - 1]
+    mag_nT[repeats + beside, 0] += 60 * NOISE_NT
+    assert (Spikes.name in [one.effect.name for one in direct_evidence(problem(replace(given, mag_nT=mag_nT)))]) is seen
 
 
 def test_wrong_values_beside_samples_that_are_left_out_keep_a_law_of_their_own() -> None:

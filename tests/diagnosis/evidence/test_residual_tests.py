@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from diagnosis.evidence.residual_tests import ResidualTests, _cells, run_residual_tests
+from diagnosis.evidence.baseline import Baseline
+from diagnosis.evidence.residual_tests import ResidualTests, _cells, missing_white_noise, run_residual_tests
 from diagnosis.policy import STANDARD, Policy
+from recordings.channels import current_name
 from scenarios.arrays import Array
+from sim.effects.currents import MotorCurrent
+from sim.effects.electronics import Quantisation
+from sim.effects.noise import WhiteNoise
+from tests.diagnosis.synthetic import problem, recording
 
 N, STEP_S = 20_000, 0.02
 TIME_S = STEP_S * np.arange(N)
@@ -132,3 +140,27 @@ def test_means_are_no_white_noises_where_that_has_them_once_in_three_thousand(ch
     tests = run_residual_tests(residual, np.ones(1500), STEP_S * np.arange(1500), 0, STANDARD)
     assert set(tests.excess) == {1.0}
     assert any(line.startswith("means") for line in tests.why) is alarm
+
+
+def test_more_white_noise_is_what_the_model_lacks() -> None:
+    """sqrt(5^2 - 3^2) = 4; rounding to q has q^2 / 12 of its own."""
+    posed = problem(noise_nT=5.0, model=(WhiteNoise((3.0, 3.0, 3.0)),))
+    left = Baseline.of(posed).residual()
+    found = missing_white_noise(posed, left, ())
+    assert isinstance(found, WhiteNoise)
+    assert found.std_nT == pytest.approx((4.0,) * 3, rel=0.06)
+    assert missing_white_noise(posed, left, (Quantisation(float(np.sqrt(12 * 16))),)) is None
+    assert missing_white_noise(problem(noise_nT=5.0, model=(WhiteNoise((4.9, 4.9, 4.9)),)), left, ()) is None
+    assert missing_white_noise(problem(noise_nT=5.0), left, ()) is None
+
+
+def test_the_noise_of_a_current_is_no_noise_of_the_magnetometer() -> None:
+    """0.1 A of noise beside 50 nT/A are 5 nT, as of a field that the current does not follow so fast."""
+    made = recording(noise_nT=5.0)
+    noisy = made.current_A + 0.1 * np.random.default_rng(1).normal(size=made.current_A.shape)
+    posed = problem(replace(made, current_A=noisy), model=(WhiteNoise((3.0, 3.0, 3.0)),))
+    posed = replace(posed, state=replace(posed.state, channels={**posed.state.channels, current_name(1): noisy[:, 0]}))
+    follows = MotorCurrent(gain_nT_A=(50.0, 50.0, 50.0), motor=1)
+    left = Baseline.of(posed).residual()
+    assert missing_white_noise(posed, left, (follows,)) is None
+    assert missing_white_noise(posed, left, (replace(follows, gain_nT_A=(5.0, 5.0, 5.0)),)) is not None
