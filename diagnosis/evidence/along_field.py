@@ -44,26 +44,33 @@ def share_along_field(before: Baseline, after: Baseline) -> float:
 
 
 def residual_along_field(baseline: Baseline) -> Array:
-    """Means (m,) of a baseline's residual along the field over `slow_mean_s`; white noise has variance 1.
-
-    The columns of a strength fit are projected out: a matrix that was fitted to a turn of the field leaves residuals
-    along them.
-    """
-    problem = baseline.problem
+    """Means (m,) of a baseline's residual along the field over `slow_mean_s`; white noise has variance 1."""
+    problem, cut = baseline.problem, _slow_means(baseline.problem)
     along, base = along_field(problem, baseline.residual())
-    cut = _slow_means(problem, len(along) // 2)
     return np.asarray(np.sqrt(cut.length) * _without(cut.means(base), cut.means(along)))
 
 
-def along_field(problem: LinearProblem, residual: Array) -> tuple[Array, Array]:
-    """Residual (n, q) along the field over its noise (n,), and the columns (n, 9) of a fit of the strength there."""
+def parts_of_residual(problem: LinearProblem, residual: Array) -> tuple[Array, Array]:
+    """Parts in nT of a residual (n, q) along the field (n,) and across it (n, 1 or 3), ahead of the iron."""
+    residual_nT = residual * problem.sigma_nT
     if problem.output_axes is not None:
-        along, unit = residual[:, 0], np.full(len(residual), problem.sigma_nT[0])
+        return residual_nT[:, 0], residual_nT[:, 1:]
+    field_nT = problem.ahead_of_iron(residual_nT)
+    along_nT = np.einsum("ni,ni->n", field_nT, problem.direction)
+    return along_nT, field_nT - along_nT[:, None] * problem.direction
+
+
+def along_field(problem: LinearProblem, residual: Array) -> tuple[Array, Array]:
+    """Residual (n, q) along the field over its noise (n,), and the columns (n, 9) of a fit of the strength there.
+
+    A matrix that was fitted to a turn of the field leaves residuals along these columns.
+    """
+    if problem.output_axes is not None:
+        noise_nT = np.full(len(residual), problem.sigma_nT[0])
     else:
-        back = problem.field_projection * problem.sigma_nT
-        unit = np.linalg.norm(back, axis=1)
-        along = (back * residual).sum(axis=1) / unit
-    return along, strength_columns(problem.direction) * (problem.usable / unit)[:, None]
+        noise_nT = np.linalg.norm(problem.field_projection * problem.sigma_nT, axis=1)
+    columns = strength_columns(problem.direction) * (problem.usable / noise_nT)[:, None]
+    return parts_of_residual(problem, residual)[0] / noise_nT, columns
 
 
 def is_attitude_error(problem: LinearProblem, residual: Array, mean_s: float | None = None) -> bool:
@@ -74,14 +81,9 @@ def is_attitude_error(problem: LinearProblem, residual: Array, mean_s: float | N
 
 def power_share_along_field(problem: LinearProblem, residual: Array, mean_s: float | None = None) -> float:
     """Share of a residual's power along the field, in means over `mean_s`, by default the policy's `slow_mean_s`."""
-    cut = _slow_means(problem, len(residual), mean_s)
-    means_nT = cut.means(residual * problem.sigma_nT)
-    if problem.level is not None:
-        along_nT = means_nT[:, 0]
-    else:
-        turned = problem.state.field_nT @ problem.turn.T
-        along_nT = (means_nT * cut.means(turned / np.linalg.norm(turned, axis=1, keepdims=True))).sum(axis=1)
-    return float((along_nT**2).sum() / max((means_nT**2).sum(), 1e-300))
+    cut = _slow_means(problem, mean_s)
+    along, across = (float((cut.means(part) ** 2).sum()) for part in parts_of_residual(problem, residual))
+    return along / max(along + across, 1e-300)
 
 
 def within_stated_errors(problem: LinearProblem, residual: Array) -> bool:
@@ -97,12 +99,8 @@ def within_stated_errors(problem: LinearProblem, residual: Array) -> bool:
     along, base = along_field(problem, residual)
     if not _is_white_and_wander(problem, _without(base, along)[:, None]):
         return False
-    if problem.level is not None:
-        across_nT, angles = residual[:, 1:] * problem.sigma_nT[1:], 1
-    else:  # two angles turn the field in the plane that is seen
-        nT, angles = (residual * problem.sigma_nT) @ np.linalg.inv(problem.turn).T, 2
-        across_nT = nT - (nT * problem.direction).sum(axis=1)[:, None] * problem.direction
-    cut = _slow_means(problem, len(residual))
+    across_nT, cut = parts_of_residual(problem, residual)[1], _slow_means(problem)
+    angles = min(across_nT.shape[1], 2)  # two angles turn the field in the plane that is seen
     turned = angles * (problem.attitude_std_rad * float(np.linalg.norm(problem.state.field_enu_nT))) ** 2
     white = float((problem.sigma_nT[-across_nT.shape[1] :] ** 2).sum()) / cut.length
     seen = (cut.means(across_nT) ** 2).sum(axis=1).mean()
@@ -127,13 +125,13 @@ def _is_white_and_wander(problem: LinearProblem, residual: Array) -> bool:
             size = float(((np.array(getattr(effect, level)) / noise_nT) ** 2).mean())
             expected += size * shape(bands.f, interval_s, **listed)
     margin = policy.somewhat_larger if states_slow_noise(problem) else 1.0
-    return bool((bands.odds(bands.power / expected / margin) > policy.test_alarm / len(bands.f)).all())
+    return bands.chance(bands.power / expected / margin) > policy.test_alarm
 
 
-def _slow_means(problem: LinearProblem, longest: int, mean_s: float | None = None) -> Cut:
-    """Cut of the samples into means over `mean_s`, of at most a number of samples."""
+def _slow_means(problem: LinearProblem, mean_s: float | None = None) -> Cut:
+    """Cut of the samples into two means at least, over `mean_s` or the policy's `slow_mean_s`."""
     n = len(problem.target)
-    length = max(1, min(round((mean_s or problem.policy.slow_mean_s) / problem.state.interval_s), longest))
+    length = max(1, min(round((mean_s or problem.policy.slow_mean_s) / problem.state.interval_s), n // 2))
     return Cut(length, n // length)
 
 

@@ -228,7 +228,7 @@ def _across_the_field(problem: LinearProblem, samples: Mask) -> bool:
     """
     if not _has_attitude(problem):
         return False
-    field_nT = problem.off_nT @ np.linalg.inv(problem.turn).T
+    field_nT = problem.ahead_of_iron(problem.off_nT)
     off = field_nT - median_filter(field_nT, (problem.policy.burst_median, 1))
     along = np.einsum("ni,ni->n", problem.direction, off)
     most = problem.policy.little * np.sqrt(3) * rms(off[samples])

@@ -5,12 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from calib.numerics.innovations import innovations
 from calib.numerics.kernels import fast_kernel
 from diagnosis.policy import Policy
 from scenarios.arrays import Array
-from validation.signals.bands import even_bands, hann
+from validation.signals.bands import Bands, even_bands, hann
 
 ROUNDS = 3000
 """Updates of the variances: enough for the likelihood of a random walk to converge within a nat."""
@@ -55,14 +56,17 @@ class NoiseModel:
         """
         longest_s = policy.longest_memory * len(residual) * interval_s
         tau_s = np.geomspace(policy.shortest_memory * interval_s, longest_s, policy.memories)[-1 if walking else 0 :]
-        f, power, lines = _bands(residual, interval_s, policy)
-        own = np.concatenate([np.ones((1, len(f))), ou_density(f, tau_s, interval_s)])[: 1 if walking else None]
+        # a random walk over the whole run has most power in the first line, and would else be taken for a drift
+        bands = Bands.of(residual, interval_s, 1, policy.bands)
+        power = np.maximum(bands.density / (2 * interval_s), LEAST_POWER)
+        own = np.concatenate([np.ones((1, len(bands.f))), ou_density(bands.f, tau_s, interval_s)])
+        own = own[:1] if walking else own
         total, turning = residual.var(axis=0), np.zeros(0)
         if output_axes is None:
-            variance = _fitted(np.repeat(total[:, None] / len(own), len(own), axis=1), own, power, lines)
+            variance = _fitted(np.repeat(total[:, None] / len(own), len(own), axis=1), own, power, bands.lines)
         else:
             seen = [seen_density(axis, tau_s, interval_s, policy) for axis in output_axes.swapaxes(0, 1)]
-            variance, turning = _with_wander(own, total, np.stack(seen), power, lines)
+            variance, turning = _with_wander(own, total, np.stack(seen), power, bands.lines)
         white = np.maximum(variance[:, 0], LEAST_WHITE * np.maximum(total, LEAST_POWER))
         return cls(tau_s, white, np.zeros((len(total), 1)) if walking else variance[:, 1:], turning, output_axes)
 
@@ -70,43 +74,38 @@ class NoiseModel:
         """Columns (n, q, w) as innovations over their standard deviation, and ln S (n, q) of the innovations.
 
         A Kalman filter with transition ``exp(-dt / tau_j)`` at the true times; unusable rows do not update the state.
+        Outputs without a common wander are filtered one by one.
         """
-        if self.output_axes is not None and self.turning.size:
-            return _innovations(time_s, usable, columns, self.white, *self._processes(self.output_axes))
-        parts = []
-        for a, own in enumerate(self.slow):
-            there, white = own > LEAST_SLOW * self.white[a], self.white[[a]]
-            parts.append(_innovations(time_s, usable, columns[:, [a]], white, self.tau_s[there], own[there]))
+        each = np.arange(len(self.white))
+        groups = [each] if self.turning.size else each[:, None]
+        parts = [self._innovations(time_s, usable, columns[:, group], group) for group in groups]
         out, ln_S = (np.concatenate(part, axis=1) for part in zip(*parts, strict=True))
         return out, ln_S
 
-    def _processes(self, output_axes: Array) -> tuple[Array, Array, Array]:
-        """Time constants (m,), variances (m,) and output projections (n, q, m) of all active processes."""
-        n, q, _ = output_axes.shape
-        slow, turning = self.slow > LEAST_SLOW * self.white[:, None], self.turning > LEAST_SLOW * self.white.min()
-        whose, which = np.nonzero(slow)
+    def _innovations(
+        self, time_s: Array, usable: Array, columns: Array, group: NDArray[np.int64]
+    ) -> tuple[Array, Array]:
+        """Innovations (n, q, w) and ln S (n, q) of a group of q outputs, by sequential updates of the outputs."""
+        (n, q, w), white = columns.shape, self.white[group]
+        tau_s, variance, seen = self._processes(n, group)
+        root, decay = np.sqrt(white)[:, None], np.ones((n, q, len(tau_s)))
+        decay[1:, 0] = np.exp(-np.diff(time_s)[:, None] / tau_s)
+        steps = decay.reshape(n * q, -1)[1:]
+        each, toward = (np.reshape(values / root, (n * q, -1)) for values in (columns, seen))
+        out, ln_S = innovations(each, toward, (variance, steps, (1 - steps**2) * variance), 1.0, np.repeat(usable, q))
+        return out.reshape(n, q, w), ln_S.reshape(n, q) + (usable > 0)[:, None] * np.log(white)
+
+    def _processes(self, n: int, group: NDArray[np.int64]) -> tuple[Array, Array, Array]:
+        """Time constants (m,) and variances (m,) of all active processes, and how the outputs see them (n, q, m)."""
+        slow, white = self.slow[group], self.white[group]
+        whose, which = np.nonzero(slow > LEAST_SLOW * white[:, None])
+        own = np.broadcast_to(np.arange(len(group))[:, None] == whose, (n, len(group), len(whose)))
+        if self.output_axes is None or not self.turning.size:
+            return self.tau_s[which], slow[whose, which], own
+        turning = self.turning > LEAST_SLOW * white.min()
         tau_s = np.concatenate([self.tau_s[which], np.repeat(self.tau_s[turning], 3)])
-        variance = np.concatenate([self.slow[slow], np.repeat(self.turning[turning], 3)])
-        own = np.broadcast_to(np.arange(q)[:, None] == whose, (n, q, len(whose)))
-        return tau_s, variance, np.concatenate([own, np.tile(output_axes, turning.sum())], axis=2)
-
-
-def _innovations(
-    time_s: Array, usable: Array, columns: Array, white: Array, tau_s: Array, variance: Array, seen: Array | None = None
-) -> tuple[Array, Array]:
-    """Scaled innovations (n, q, w) of columns and ln S (n, q), by sequential updates of the outputs.
-
-    white (q,): variances of the outputs' own noise; seen (n, q, m): how they see m processes, None: fully.
-    """
-    n, q, w = columns.shape
-    root = np.sqrt(white)[:, None]
-    decay = np.ones((n, q, len(tau_s)))
-    decay[1:, 0] = np.exp(-np.diff(time_s)[:, None] / tau_s)
-    steps = decay.reshape(n * q, -1)[1:]
-    toward = np.ones_like(decay) if seen is None else seen
-    each, toward = (np.reshape(values / root, (n * q, -1)) for values in (columns, toward))
-    out, ln_S = innovations(each, toward, (variance, steps, (1 - steps**2) * variance), 1.0, np.repeat(usable, q))
-    return out.reshape(n, q, w), ln_S.reshape(n, q) + (usable > 0)[:, None] * np.log(white)
+        variance = np.concatenate([slow[whose, which], np.repeat(self.turning[turning], 3)])
+        return tau_s, variance, np.concatenate([own, np.tile(self.output_axes, turning.sum())], axis=2)
 
 
 def _with_wander(own: Array, total: Array, seen: Array, power: Array, lines: Array) -> tuple[Array, Array]:
@@ -142,22 +141,6 @@ def seen_density(output_axes: Array, tau_s: Array, interval_s: float, policy: Po
     lag = np.minimum(np.arange(2 * n), 2 * n - np.arange(2 * n))
     spectra = np.fft.rfft(np.exp(-lag * interval_s / tau_s[:, None]) * C)[:, ::2].real / (window**2).sum()
     return np.stack([spectra[:, b].mean(axis=1) for b in even_bands(1, n // 2 + 1, policy.bands)], axis=1)
-
-
-def _bands(residual: Array, interval_s: float, policy: Policy) -> tuple[Array, Array, Array]:
-    """Frequencies (m,), power (q, m) over white noise's variance, and lines (m,) of bands even in log f.
-
-    The first line is included: a random walk over the whole run has most power there, and would otherwise be taken for
-    a drift.
-    """
-    n = len(residual)
-    window = hann(n)
-    power = np.abs(np.fft.rfft((residual - residual.mean(axis=0)) * window, axis=0)) ** 2 / (window**2).sum()
-    band = even_bands(1, len(power), policy.bands)
-    f = np.fft.rfftfreq(n, interval_s)
-    lines = np.array([b.stop - b.start for b in band], dtype=np.float64)
-    means = np.stack([power[b].mean(axis=0) for b in band], axis=1)
-    return np.array([f[b].mean() for b in band]), np.maximum(means, LEAST_POWER), lines
 
 
 @fast_kernel

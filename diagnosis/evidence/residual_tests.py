@@ -7,12 +7,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import isotonic_regression
 from scipy.stats import chi2, median_abs_deviation
 
 from calib.numerics.colour import white_ratios
-from diagnosis.evidence.along_field import within_stated_errors
+from diagnosis.evidence.along_field import parts_of_residual, within_stated_errors
 from diagnosis.policy import Policy
 from diagnosis.problem.blocks import Cut
 from diagnosis.problem.linear import LinearProblem
@@ -44,14 +43,7 @@ class ResidualTests:
 
 
 def run_residual_tests(
-    residual: Array,
-    usable: Array,
-    time_s: Array,
-    fitted: int,
-    policy: Policy,
-    memory: int = 1,
-    *,
-    tails: bool = True,
+    residual: Array, usable: Array, time_s: Array, fitted: int, policy: Policy, memory: int = 1, *, tails: bool = True
 ) -> ResidualTests:
     """Test a residual (n, q) at times (n,) in units of the noise, after a fit of `fitted` parameters.
 
@@ -62,7 +54,7 @@ def run_residual_tests(
     variance = _white_variance(residual, usable, fitted, memory)
     excess, why = {}, []
     for length_s in _mean_lengths_s(time_s, policy):
-        scaled = _scaled_means(residual, usable, _cells(time_s, length_s), policy)
+        scaled = _scaled_means(residual, usable, (time_s - time_s[0]) // length_s, policy)
         if scaled is None:
             continue
         scaled /= variance
@@ -96,15 +88,10 @@ def _mean_lengths_s(time_s: Array, policy: Policy) -> tuple[float, ...]:
     return tuple(longer * length_s for length_s in policy.mean_lengths_s)
 
 
-def _cells(time_s: Array, length_s: float) -> NDArray[np.int64]:
-    """Time cell (n,) of each sample; a sample early by rounding of time alone belongs to the next cell."""
-    return np.asarray(np.floor(np.round((time_s - time_s[0]) / length_s, 6)), dtype=np.int64)
-
-
-def _scaled_means(residual: Array, usable: Array, cell: NDArray[np.int64], policy: Policy) -> Array | None:
+def _scaled_means(residual: Array, usable: Array, cell: Array, policy: Policy) -> Array | None:
     """Squares (m, q) of means over time cells, over their variance in unit white noise; None for too few cells.
 
-    cell (n,): cell of each sample. Cells with less than half the samples of the fullest cell are left out.
+    cell (n,): number of each sample's cell. Cells with less than half the samples of the fullest cell are left out.
     """
     starts = np.flatnonzero(np.diff(cell, prepend=-1))
     count = np.add.reduceat(usable, starts)
@@ -210,8 +197,7 @@ def missing_white_noise(problem: LinearProblem, residual: Array, new: Sequence[E
     if (seen <= larger**2 * expected).all():
         return None
     if problem.attitude_std_rad > 0 and problem.turns:  # a walk of the attitude looks white from sample to sample
-        w = problem.field_projection
-        along = (residual * problem.sigma_nT * w).sum(axis=1) / np.sqrt(w**2 @ expected)
+        along = parts_of_residual(problem, residual)[0] / np.sqrt(problem.field_projection**2 @ expected)
         if sample_noise(along[:, None])[0] <= larger:
             return None
     return of_sign("white", np.sqrt(np.maximum(seen - expected, 0.0)).tolist())

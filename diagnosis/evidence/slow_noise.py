@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.fft import dct
 from scipy.linalg import cholesky, solve_triangular, toeplitz
 from scipy.optimize import minimize_scalar
 from scipy.stats import chi2
@@ -26,8 +28,6 @@ from validation.signals.bands import Bands, hann
 LOG_SIZES = (-14.0, 14.0)
 """Range of the logarithm of the slow noise's size over the power of the white noise, in the search."""
 Density = Callable[[Array], Array]
-Fit = tuple[float, float, float]
-"""Likelihood, white level and size of the slow noise."""
 
 
 @dataclass(frozen=True)
@@ -51,32 +51,28 @@ def find_slow_noise(problem: LinearProblem, residual: Array) -> SlowNoise | None
     None where a channel explains more of the residual than time does, where the residual has no part along the field,
     as attitude errors have none, and where it is likelier slow along the Earth's axes.
     """
-    policy, interval_s = problem.policy, problem.state.interval_s
+    policy, interval_s, base = problem.policy, problem.state.interval_s, problem.base
     if (
         not follows_time_only(problem, residual)
         or is_attitude_error(problem, residual)
         or is_earth_frame_noise(problem, residual)
     ):
         return None
-    base = problem.base
     if problem.level is not None:  # the dip has the slow errors of roll and pitch too
         residual, base = residual[:, :1], base[:, 0]
-    residual = _refitted(residual, base, SlowSpectrum.of(residual, interval_s, policy))
+    residual = _refitted(residual, base, interval_s, SlowSpectrum.of(residual, interval_s, policy))
     spectrum = SlowSpectrum.of(residual, interval_s, policy)
-    steps = Steps.of(residual, interval_s, policy)
-    score, sizes, innovations = steps.fit(spectrum.level, spectrum.shape)
-    gain = score - steps.fit(spectrum.level, None)[0]
-    if gain <= policy.apart:
-        return None
+    found = fit_steps(residual, interval_s, spectrum, policy)
     level = spectrum.effect.with_role("level")
-    assert level is not None
-    std = np.sqrt(np.resize(sizes, 3)) * np.resize(problem.sigma_nT[: residual.shape[1]], 3)
+    if found.gain <= policy.apart or level is None:
+        return None
+    std = np.sqrt(np.resize(found.sizes, 3)) * np.resize(problem.sigma_nT[: residual.shape[1]], 3)
     values: dict[str, Any] = {**spectrum.listed, level: tuple(std.tolist())}
     return SlowNoise(
         spectrum.effect(**values),
         spectrum.others,
-        gain,
-        fits=spectrum.agrees(policy) and is_random(innovations, policy),
+        found.gain,
+        fits=spectrum.agrees(policy) and is_random(found.innovations, policy),
         identified=spectrum.lines_above_white(policy) >= policy.least_noise_lines,
     )
 
@@ -94,15 +90,13 @@ def is_earth_frame_noise(problem: LinearProblem, residual: Array) -> bool:
     """
     if problem.mode != "vector" or not problem.compares_across:
         return False
-    body = (residual * problem.sigma_nT) @ np.linalg.inv(problem.turn).T / rms(problem.sigma_nT)
-    earth = np.einsum("nij,nj->ni", problem.state.R_wb, body)
     policy, interval_s = problem.policy, problem.state.interval_s
-
-    def score(axes: Array) -> float:
-        spectrum = SlowSpectrum.of(axes, interval_s, policy)
-        return Steps.of(axes, interval_s, policy).fit(spectrum.level, spectrum.shape)[0]
-
-    return score(earth) > score(body) + policy.apart
+    body = problem.ahead_of_iron(residual * problem.sigma_nT) / rms(problem.sigma_nT)
+    earth, own = (
+        fit_steps(axes, interval_s, SlowSpectrum.of(axes, interval_s, policy), policy).score
+        for axes in (np.einsum("nij,nj->ni", problem.state.R_wb, body), body)
+    )
+    return earth > own + policy.apart
 
 
 @dataclass(frozen=True)
@@ -117,10 +111,11 @@ class SlowSpectrum:
     bands: Bands
     effect: type[Effect]
     listed: dict[str, float]
-    interval_s: float
-    others: tuple[str, ...]
+    shape: Density
+    likelihood: float
     level: float
     size: float
+    others: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, residual: Array, interval_s: float, policy: Policy) -> SlowSpectrum:
@@ -129,17 +124,27 @@ class SlowSpectrum:
         Of equally good effects the one without a listed parameter, which has a number less.
         """
         bands = Bands.of(residual, interval_s, policy.first_line, policy.bands)
-        fits = {effect: _best(effect, bands, interval_s) for effect in EFFECTS if effect.traits.spectrum is not None}
-        most = max(score for _, (score, *_) in fits.values())
-        near = [effect for effect in fits if most - fits[effect][1][0] < policy.apart]
-        best = min(near, key=lambda effect: (len(effect.search), -fits[effect][1][0]))
-        others = tuple(effect.name for effect in near if effect is not best)
-        listed, (_, level, size) = fits[best]
-        return cls(bands, best, listed, interval_s, others, level, size)
+        fits = [cls._best(effect, bands, interval_s) for effect in EFFECTS if effect.traits.spectrum is not None]
+        most = max(fit.likelihood for fit in fits)
+        near = [fit for fit in fits if most - fit.likelihood < policy.apart]
+        best = min(near, key=lambda fit: (len(fit.listed), -fit.likelihood))
+        return replace(best, others=tuple(fit.effect.name for fit in near if fit is not best))
 
-    def shape(self, f: Array) -> Array:
-        """Density of the effect at unit level, at frequencies f (m,)."""
-        return _shape(self.effect, f, self.interval_s, self.listed)
+    @classmethod
+    def _best(cls, effect: type[Effect], bands: Bands, interval_s: float) -> SlowSpectrum:
+        """The effect at its listed parameter of largest likelihood, refined between the neighbours in the list."""
+        spectrum = effect.traits.spectrum
+        assert spectrum is not None
+
+        def fit(listed: dict[str, float]) -> SlowSpectrum:
+            shape = partial(spectrum, interval_s=interval_s, **listed)
+            return cls(bands, effect, listed, shape, *bands.fit(2 * interval_s, shape(bands.f)))
+
+        if not effect.search:
+            return fit({})
+        ((name, values),) = effect.search.items()
+        first = max(values, key=lambda value: fit({name: value}).likelihood)
+        return fit({name: between_neighbours(values, first, lambda x: -fit({name: x}).likelihood, within=0.02)})
 
     def density(self, f: Array) -> Array:
         """S(f) at frequencies f (m,)."""
@@ -148,36 +153,16 @@ class SlowSpectrum:
     def agrees(self, policy: Policy) -> bool:
         """Whether no band deviates significantly from S."""
         ratio = self.bands.power / self.density(self.bands.f)
-        odds = self.bands.odds(np.abs(ratio - 1) + 1)
-        return bool(odds.min() > policy.test_alarm / len(odds))
+        return self.bands.chance(np.abs(ratio - 1) + 1) > policy.test_alarm
 
     def lines_above_white(self, policy: Policy) -> float:
         """Number of frequencies at which the slow noise exceeds the white noise."""
         return float(self.bands.shape[self.density(self.bands.f) > policy.clearly_larger * self.level].sum())
 
 
-def _shape(effect: type[Effect], f: Array, interval_s: float, listed: dict[str, float]) -> Array:
-    assert effect.traits.spectrum is not None
-    return effect.traits.spectrum(f, interval_s, **listed)
-
-
-def _best(effect: type[Effect], bands: Bands, interval_s: float) -> tuple[dict[str, float], Fit]:
-    """The listed parameters of largest likelihood, refined between their neighbours, and the fit."""
-
-    def fit(listed: dict[str, float]) -> Fit:
-        return bands.fit(2 * interval_s, _shape(effect, bands.f, interval_s, listed))
-
-    if not effect.search:
-        return {}, fit({})
-    ((name, values),) = effect.search.items()
-    first = max(values, key=lambda value: fit({name: value})[0])
-    first = between_neighbours(values, first, lambda x: -fit({name: x})[0], within=0.02)
-    return {name: first}, fit({name: first})
-
-
-def _refitted(residual: Array, base: Array, spectrum: SlowSpectrum) -> Array:
+def _refitted(residual: Array, base: Array, interval_s: float, spectrum: SlowSpectrum) -> Array:
     """A residual (n, q) with the base (n, p) fitted again, frequencies weighted by the inverse noise spectrum."""
-    n, interval_s = len(residual), spectrum.interval_s
+    n = len(residual)
     f = np.maximum(np.fft.rfftfreq(n, interval_s), 1 / (n * interval_s))
     weight = np.sqrt(spectrum.density(f))[:, None]
     B, r = (np.fft.rfft(hann(n) * values, axis=0) / weight for values in (base, residual))
@@ -185,40 +170,43 @@ def _refitted(residual: Array, base: Array, spectrum: SlowSpectrum) -> Array:
     return np.asarray(residual - base @ change)
 
 
-@dataclass(frozen=True)
-class Steps:
-    """Steps (n, q) between means over blocks of `block_s`, of a residual in units of the noise."""
+class StepsFit(NamedTuple):
+    """Log-likelihood, gain in nats over white noise, size (q,) of the slow noise of each axis, innovations (n, q)."""
 
-    values: Array
-    block_s: float
+    score: float
+    gain: float
+    sizes: Array
+    innovations: Array
 
-    @classmethod
-    def of(cls, residual: Array, interval_s: float, policy: Policy) -> Steps:
-        """Steps of a residual (n, q) between blocks of `step_s`, adapted to give `least_steps` to `most_steps`."""
-        n = len(residual)
-        length = max(1, min(round(policy.step_s / interval_s), n // policy.least_steps), n // policy.most_steps)
-        return cls(np.diff(Cut(length, n // length).means(residual), axis=0), length * interval_s)
 
-    def correlation(self, density: Density) -> Array:
-        """``r_k = int S(f) sinc^2(f T) 4 sin^2(pi f T) cos(2 pi f k T) df`` (n,) of the steps under a spectrum S."""
-        n, T = len(self.values), self.block_s
-        f = np.asarray((np.arange(32 * n) + 0.5) / (8 * n * T), dtype=np.float64)
-        power = density(f) * np.sinc(f * T) ** 2 * 4 * np.sin(np.pi * f * T) ** 2 / (8 * n * T)
-        return np.array([power @ np.cos(2 * np.pi * f * k * T) for k in range(n)])
+def fit_steps(residual: Array, interval_s: float, spectrum: SlowSpectrum, policy: Policy) -> StepsFit:
+    """The likeliest sizes of a slow noise by n steps between block means of a residual (N, q) in units of the noise.
 
-    def fit(self, level: float, shape: Density | None) -> tuple[float, Array, Array]:
-        """Log-likelihood, size s (q,) of each axis and innovations (n, q) under ``S = level + s shape``."""
-        white = self.correlation(lambda f: np.full(len(f), level))
-        slow = np.zeros(len(white)) if shape is None else self.correlation(shape)
-        scale, sizes = white[0] / max(slow[0], 1e-300), np.zeros(self.values.shape[1])
-        for axis, steps in enumerate(self.values.T if slow.any() else ()):
-            best = minimize_scalar(
-                lambda x, steps: -_likelihood(steps, white + np.exp(x) * scale * slow)[0], args=(steps,),
-                bounds=LOG_SIZES, method="bounded", options={"xatol": 0.05, "maxiter": 25},
-            )  # fmt: skip
-            sizes[axis] = np.exp(best.x) * scale
-        found = [_likelihood(steps, white + s * slow) for steps, s in zip(self.values.T, sizes, strict=True)]
-        return sum(score for score, _ in found), sizes, np.stack([z for _, z in found], axis=1)
+    Blocks of `step_s`, adapted to give `least_steps` to `most_steps`.
+    """
+    length = max(1, min(round(policy.step_s / interval_s), len(residual) // policy.least_steps))
+    length = max(length, len(residual) // policy.most_steps)
+    steps = np.diff(Cut(length, len(residual) // length).means(residual), axis=0).T
+    slow = _correlation(spectrum.shape, steps.shape[1], length * interval_s)
+    white = spectrum.level / (length * interval_s) * np.pad([1.0, -0.5], (0, len(slow)))[: len(slow)]
+    scale = white[0] / max(slow[0], 1e-300)
+
+    def cost(x: float, axis: Array) -> float:
+        return -_likelihood(axis, white + np.exp(x) * scale * slow)[0]
+
+    options: Any = {"bounds": LOG_SIZES, "method": "bounded", "options": {"xatol": 0.05, "maxiter": 25}}
+    sizes = scale * np.exp([minimize_scalar(cost, args=(axis,), **options).x for axis in steps])
+    found = [_likelihood(axis, white + size * slow) for axis, size in zip(steps, sizes, strict=True)]
+    score = sum(likelihood for likelihood, _ in found)
+    gain = score - sum(_likelihood(axis, white)[0] for axis in steps)
+    return StepsFit(score, gain, sizes, np.stack([innovations for _, innovations in found], axis=1))
+
+
+def _correlation(density: Density, n: int, T: float) -> Array:
+    """``r_k = int S(f) sinc^2(f T) 4 sin^2(pi f T) cos(2 pi f k T) df`` (n,) of steps between means over T seconds."""
+    f = np.asarray((np.arange(32 * n) + 0.5) / (8 * n * T), dtype=np.float64)
+    power = density(f) * np.sinc(f * T) ** 2 * 4 * np.sin(np.pi * f * T) ** 2 / (8 * n * T)
+    return np.asarray(dct(power.reshape(4, -1).sum(axis=0))[: 2 * n : 2] / 2)  # all is periodic in f but S and sinc
 
 
 def _likelihood(steps: Array, row: Array) -> tuple[float, Array]:

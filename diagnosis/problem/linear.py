@@ -187,6 +187,10 @@ class LinearProblem:
         """Row vectors (n, 3) from a measurement to the field's component, ahead of the iron, along the field."""
         return np.asarray(self.direction @ np.linalg.inv(self.turn))
 
+    def ahead_of_iron(self, measured_nT: Array) -> Array:
+        """Differences (n, 3) of the field that make differences (n, 3) of the measurement, behind the fitted iron."""
+        return np.asarray(measured_nT @ np.linalg.inv(self.turn).T)
+
     def missing_inputs(self, effect: type[Effect] | Effect) -> tuple[str, ...]:
         """Inputs that an effect needs and the problem lacks, or does not show.
 

@@ -30,30 +30,36 @@ def even_bands(first: int, last: int, count: int) -> list[slice]:
 
 @dataclass(frozen=True)
 class Bands:
-    """Mean frequency f (m,), one-sided power density (m,) and gamma shape (m,) of bands of a spectrum."""
+    """Mean frequency f (m,), number of lines (m,) and one-sided power density (q, m) of each output in bands."""
 
     f: Array
-    power: Array
-    shape: Array
+    lines: Array
+    density: Array
 
     @classmethod
     def of(cls, residual: Array, interval_s: float, first_line: int, count: int) -> Bands:
-        """Return at most `count` bands of a residual (n, q) from `first_line` on: Hann window, mean over outputs."""
-        n, q = residual.shape
-        window = hann(n)
-        power = (np.abs(np.fft.rfft((residual - residual.mean(axis=0)) * window, axis=0)) ** 2).sum(axis=1)
-        power *= 2 * interval_s / (window**2).sum() / q
-        f = np.fft.rfftfreq(n, interval_s)
-        band = even_bands(first_line, len(f) - 1, count)
-        return cls(
-            np.array([f[b].mean() for b in band]),
-            np.array([power[b].mean() for b in band]),
-            np.array([max(q, q * (b.stop - b.start) / WINDOW_LINES) for b in band], dtype=float),
-        )
+        """Return at most `count` bands of a residual (n, q) from `first_line` on, under a Hann window."""
+        window = hann(len(residual))
+        power = np.abs(np.fft.rfft((residual - residual.mean(axis=0)) * window, axis=0)) ** 2
+        power *= 2 * interval_s / (window**2).sum()
+        band, f = even_bands(first_line, len(power), count), np.fft.rfftfreq(len(residual), interval_s)
+        lines = np.array([b.stop - b.start for b in band], dtype=float)
+        density = np.stack([power[b].mean(axis=0) for b in band], axis=1)
+        return cls(np.array([f[b].mean() for b in band]), lines, density)
 
-    def odds(self, ratio: Array) -> Array:
-        """Return the probability (m,) that noise has at least `ratio` times the expected power in a band."""
-        return np.asarray(gammaincc(self.shape, ratio / (1 / self.shape)))
+    @property
+    def power(self) -> Array:
+        """Density (m,), mean over the outputs."""
+        return np.asarray(self.density.mean(axis=0))
+
+    @property
+    def shape(self) -> Array:
+        """Gamma shape (m,) of the mean density."""
+        return np.asarray(len(self.density) * np.maximum(1.0, self.lines / WINDOW_LINES))
+
+    def chance(self, ratio: Array) -> float:
+        """Return the probability that noise has at least `ratio` (m,) times the expected power in any of the bands."""
+        return float(gammaincc(self.shape, ratio * self.shape).min()) * len(self.f)
 
     def fit(self, level: float, slow: Array) -> tuple[float, float, float]:
         """Return the greatest Whittle likelihood of ``S = w + s slow``, w and s; slow (m,) is zero for white noise.

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from diagnosis.evidence.noise_model import NoiseModel, _bands, ou_density, seen_density
+from diagnosis.evidence.noise_model import NoiseModel, ou_density, seen_density
 from diagnosis.policy import STANDARD
 from scenarios.arrays import Array
+from validation.signals.bands import Bands
 
 
 def process(rng: np.random.Generator, n: int, tau_rows: float, std: float) -> Array:
@@ -76,7 +77,7 @@ def test_density_is_the_spectrum_of_the_recursion() -> None:
 def test_variances_are_found_within_the_ladder() -> None:
     rng = np.random.default_rng(3)
     y = np.stack([process(rng, 8000, 40.0, 1.5) + rng.normal(size=8000), rng.normal(size=8000)], axis=1)
-    noise_model = NoiseModel.of(y, 1.0, STANDARD)
+    noise_model = NoiseModel.of(y, 1.0, STANDARD, None)
     assert noise_model.white == pytest.approx([1.0, 1.0], rel=0.07)
     assert noise_model.slow[0].sum() == pytest.approx(1.5**2, rel=0.35)
     assert noise_model.slow[1].sum() < 0.1
@@ -96,7 +97,7 @@ def test_a_found_rest_is_as_likely_as_the_true_one(step: float, seed: int) -> No
         return -(ln_S.sum() + (z**2).sum()) / 2
 
     true = NoiseModel(np.array([1e6]), np.ones(1), np.full((1, 1), step**2 * 1e6 / 2))
-    assert likelihood(NoiseModel.of(y, 1.0, STANDARD)) > likelihood(true) - 8
+    assert likelihood(NoiseModel.of(y, 1.0, STANDARD, None)) > likelihood(true) - 8
     assert likelihood(NoiseModel(np.ones(1), np.array([y.var()]), np.zeros((1, 1)))) < likelihood(true) - 100
 
 
@@ -163,5 +164,5 @@ def test_the_expected_spectrum_of_a_turning_wander_is_that_of_many() -> None:
     for _ in range(400):
         steps = rng.normal(size=(n, 3)) * np.r_[1.0, np.full(n - 1, np.sqrt(1 - kept**2))][:, None]
         wander = lfilter([1.0], [1.0, -kept], steps, axis=0)
-        power.append(_bands((wander * output_axes).sum(axis=1)[:, None], 1.0, STANDARD)[1][0])
+        power.append(Bands.of((wander * output_axes).sum(axis=1)[:, None], 1.0, 1, STANDARD.bands).power / 2)
     assert np.allclose(np.mean(power, axis=0)[3:] / expected[3:], 1.0, atol=0.25)

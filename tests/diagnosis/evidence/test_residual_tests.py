@@ -9,7 +9,7 @@ import pytest
 from scipy.stats import chi2
 
 from diagnosis.evidence.baseline import Baseline
-from diagnosis.evidence.residual_tests import ResidualTests, _cells, missing_white_noise, run_residual_tests
+from diagnosis.evidence.residual_tests import ResidualTests, missing_white_noise, run_residual_tests
 from diagnosis.policy import STANDARD, Policy
 from recordings.channels import current_name
 from scenarios.arrays import Array
@@ -97,10 +97,6 @@ def test_means_are_over_time_and_not_over_bursts() -> None:
     offsets = np.repeat(pairs.reshape(400, 3), 10, axis=0)
     tests = run_residual_tests(_white(5)[:4000] + offsets, np.ones(4000), time_s, 0, STANDARD)
     assert tests.excess[1.0] == pytest.approx((1 + 10 * 1.0) / 2, rel=0.1)  # of a variance of 2
-
-
-def test_a_time_that_rounding_makes_early_is_in_its_own_cell() -> None:
-    assert set(np.bincount(_cells(TIME_S, 0.1))) == {5}
 
 
 def test_what_was_fitted_counts_in_the_noise_and_few_means_are_not_tested() -> None:
