@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.evidence.active_parts import ActivePart, GapPart
+from diagnosis.evidence.active_parts import ActivePart
 from diagnosis.evidence.candidate_result import CandidateResult
 from diagnosis.evidence.localise import ChannelShare, localise
 from diagnosis.evidence.residual_tests import ResidualTests, RisingSpectrum
@@ -254,7 +254,7 @@ class Diagnosis(Explanation):
     before: ResidualTests
     model: Scenario
     given: tuple[Effect, ...] = ()
-    parts: tuple[GapPart, ...] = ()
+    parts: tuple[ActivePart, ...] = ()
     sentence: str = ""
     advice: tuple[str, ...] = ()
     next_flight: Flight | None = None
@@ -291,8 +291,7 @@ class Diagnosis(Explanation):
             "effects": [self._effect_json(item) for item in self.named],
             "where": [{"channel": c, "frame": f, "score": round(s, 4)} for c, f, s in self.where],
             "when": [
-                _interval_json(part.stretch) | {"rms_nT": part.rms_nT, "rms_sigma": part.rms_sigma}
-                for part in self.parts
+                _interval_json(part) | {"rms_nT": part.rms_nT, "rms_sigma": part.rms_sigma} for part in self.parts
             ],
             "gap": self.gap.as_dict() | {"resimulated": resimulated},
             "left": list(self.unexplained),

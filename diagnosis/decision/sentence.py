@@ -78,7 +78,7 @@ def _course(diagnosis: Diagnosis) -> str:
         explain = f"curves of {', '.join(curves)} explain" if len(curves) > 1 else f"a curve of {curves[0]} explains"
         told = f"; {explain} {diagnosis.gap.explained or 0.0:.0%} of the gap on held-out data"
     part = largest_part(diagnosis.parts, diagnosis.problem.policy)
-    return f"{told}; the gap is largest {part.stretch.words}: {digits(part.rms_nT)} nT rms" if part else told
+    return f"{told}; the gap is largest {part.words}: {digits(part.rms_nT)} nT rms" if part else told
 
 
 def _nearest(diagnosis: Diagnosis) -> str:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import median_abs_deviation
 
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
@@ -16,19 +17,22 @@ from validation.signals.amplitude import rms
 from validation.text import figure
 
 Places = NDArray[np.int64]
-NORMAL_MAD = 1.4826
-"""Standard deviations of a normal distribution in its median absolute deviation."""
 
 
 @dataclass(frozen=True)
 class ActivePart:
-    """A time interval of the recording in s: share of the samples, flight phases, and the heading where steady."""
+    """A time interval of the recording in s: share of the samples, flight phases, and the heading where steady.
+
+    rms_nT, rms_sigma : rms of a residual there, in nT and in units of the noise.
+    """
 
     from_s: float
     to_s: float
     share: float
     phase: str | None
     heading_deg: float | None
+    rms_nT: float = 0.0
+    rms_sigma: float = 0.0
 
     @classmethod
     def of(cls, problem: LinearProblem, from_s: float, to_s: float) -> ActivePart:
@@ -42,7 +46,7 @@ class ActivePart:
         if phase is not None and inside.any():
             names, first, count = np.unique(phase[inside], return_index=True, return_counts=True)
             kept = count >= problem.policy.phase_share * count.sum()
-            name = ", ".join(str(one) for _, one in sorted(zip(first[kept], names[kept], strict=True)))
+            name = ", ".join(names[kept][np.argsort(first[kept])])
         if problem.recording.att_q is not None and inside.any():
             east, north = problem.state.R_wb[inside][:, :2, 0].mean(axis=0)
             if np.hypot(east, north) >= problem.policy.nearly_all:
@@ -60,16 +64,7 @@ class ActivePart:
         )
 
 
-@dataclass(frozen=True)
-class GapPart:
-    """A part of the recording with the rms of the gap in nT and in units of the noise."""
-
-    stretch: ActivePart
-    rms_nT: float
-    rms_sigma: float
-
-
-def split_by_power(problem: LinearProblem, residual: Array) -> tuple[GapPart, ...]:
+def split_by_power(problem: LinearProblem, residual: Array) -> tuple[ActivePart, ...]:
     """Split a recording at changes of the residual's power; residual (n, q) in units of the noise.
 
     ``min sum_parts sum_cells (ln P - mean)^2 / noise^2 + price ln m`` over m cells, P the mean square of a cell; the
@@ -87,27 +82,24 @@ def split_by_power(problem: LinearProblem, residual: Array) -> tuple[GapPart, ..
     parts = []
     for a, b in itertools.pairwise(edges[[0, *cuts, -1]]):
         some = residual[a:b][problem.usable[a:b] > 0]
-        stretch = ActivePart.of(problem, float(ends_s[a]), float(ends_s[b]))
-        parts.append(GapPart(stretch, rms(some * problem.sigma_nT), rms(some)))
+        part = ActivePart.of(problem, float(ends_s[a]), float(ends_s[b]))
+        parts.append(replace(part, rms_nT=rms(some * problem.sigma_nT), rms_sigma=rms(some)))
     return tuple(parts)
 
 
-def largest_part(parts: tuple[GapPart, ...], policy: Policy) -> GapPart | None:
+def largest_part(parts: tuple[ActivePart, ...], policy: Policy) -> ActivePart | None:
     """The part with the largest gap, if far larger than the gap of the remaining parts; else None."""
     if len(parts) < 2:
         return None
-    most = max(parts, key=lambda part: part.rms_sigma)
-    others = [part for part in parts if part is not most]
-    weight = np.array([part.stretch.share for part in others])
-    excess = np.array([part.rms_sigma**2 - 1 for part in others])
-    elsewhere = float(weight @ excess) / max(float(weight.sum()), 1e-9)
+    *others, most = sorted(parts, key=lambda part: part.rms_sigma)
+    elsewhere = np.average([part.rms_sigma**2 - 1 for part in others], weights=[part.share for part in others])
     return most if most.rms_sigma**2 - 1 > policy.far_larger * max(elsewhere, policy.hardly_any) else None
 
 
 def _cuts(log_power: Array, policy: Policy) -> Places:
     """First cells (c,) of the parts after the first: the cheapest partition, by dynamic programming."""
     m = len(log_power)
-    noise = max(NORMAL_MAD * float(np.median(np.abs(np.diff(log_power)))) / np.sqrt(2), 1e-6)
+    noise = max(median_abs_deviation(np.diff(log_power), scale="normal") / np.sqrt(2), 1e-6)
     first, second = (np.concatenate([[0.0], np.cumsum((log_power / noise) ** k)]) for k in (1, 2))
     shortest = math.ceil(policy.least_part * m)
     best, before = np.full(m + 1, np.inf), np.zeros(m + 1, dtype=np.int64)

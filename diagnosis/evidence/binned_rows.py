@@ -34,22 +34,15 @@ class BinnedRows:
 
     @classmethod
     def of(
-        cls,
-        time_s: Array,
-        usable: Array,
-        base: Array,
-        target: Array,
-        policy: Policy,
-        output_axes: Array | None = None,
+        cls, time_s: Array, usable: Array, base: Array, target: Array, policy: Policy, output_axes: Array | None = None
     ) -> BinnedRows:
         """Rows of samples: base (N, p), or (N, q, p) with shared coefficients; target (N, q), 0 where not usable."""
         starts = np.arange(0, len(time_s), -(-len(time_s) // policy.most_rows))
-        rows = cls(time_s, usable, starts, np.zeros(0), np.zeros(0), policy)
-        each = base if base.ndim == 3 else np.repeat(base[:, None], target.shape[1], axis=1)
+        rows = cls(time_s, usable, starts, base, target, policy, common=base.ndim == 3)
+        each = base if rows.common else np.repeat(base[:, None], target.shape[1], axis=1)
         if output_axes is not None:
             output_axes = np.add.reduceat(output_axes, starts) / np.diff(starts, append=len(time_s))[:, None, None]
-        taken = rows.bin(each), rows.bin(target)
-        return cls(time_s, usable, starts, *taken, policy, output_axes, common=base.ndim == 3)
+        return replace(rows, base=rows.bin(each), target=rows.bin(target), output_axes=output_axes)
 
     def bin(self, values: Array) -> Array:
         """Row sums (n, ...) of values (N, ...) over the root of the number of usable samples."""

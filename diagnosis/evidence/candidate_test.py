@@ -12,7 +12,7 @@ from diagnosis.evidence.binned_rows import BinnedRows
 from diagnosis.evidence.held_out import Evidence, on_six_digits, search_price
 from diagnosis.evidence.hypothesis import Hypothesis, in_sample_gains, information_matrices, white_noise_model
 from diagnosis.evidence.noise_model import NoiseModel
-from diagnosis.evidence.projections import explained_nats, held_out_squares, project_out, project_out_first
+from diagnosis.evidence.projections import explained_nats, held_out_squares, project_out
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
@@ -166,7 +166,8 @@ def gain_within(baseline: Baseline, rows: BinnedRows, columns: Array) -> float:
     base = problem.base if rows.common else np.repeat(problem.base[:, None], problem.target.shape[1], axis=1)
     others = np.concatenate([*baseline.accepted_columns, columns, problem.target[:, :, None]], axis=2)
     base, others = (_about_means(rows, problem.usable, part) for part in (base, others))
-    left = project_out_first(project_out(base, others, common=rows.common)[0], others.shape[2] - columns.shape[2] - 1)
+    free, k = project_out(base, others, common=rows.common)[0], others.shape[2] - columns.shape[2] - 1
+    left = project_out(free[:, :, :k], free[:, :, k:])[0]
     fold = np.repeat(rows.fold, np.diff(rows.starts, append=len(left)))
     squares, total = held_out_squares(left, fold, problem.policy.folds)
     return float(total[-1, -1] - squares) / 2

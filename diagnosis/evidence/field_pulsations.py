@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,24 +23,19 @@ FINER, ROUNDS = 4, 6
 
 
 def find_pulsations(baseline: Baseline, settings: dict[str, list[Candidate]]) -> tuple[Evidence, ...]:
-    """Evidence of every effect with a period parameter, at the period of the largest gain under coloured noise."""
-    found = (
-        judge_settings(baseline, [one])
-        for several in settings.values()
-        if (name := several[0].effect.with_role("period"))
-        for one in _at_best_period(baseline, several[0], name)
-    )
-    return tuple(one for one in found if one is not None)
+    """Evidence of every effect with a period, from `fastest_pulse_s` to ``run / least_pulse_cycles``, if any.
 
-
-def _at_best_period(baseline: Baseline, candidate: Candidate, name: str) -> Iterator[Candidate]:
-    """The candidate at its best period from `fastest_pulse_s` to ``run / least_pulse_cycles``, if any."""
+    At the period of the largest gain under coloured noise.
+    """
     policy, time_s = baseline.problem.policy, baseline.problem.state.time_s
     line_hz = 1 / float(time_s[-1] - time_s[0])
-    low, high = policy.least_pulse_cycles * line_hz, 1 / policy.fastest_pulse_s
-    if low < high:
-        tried = np.arange(low, high, line_hz / 2)
-        yield candidate.at({name: 1 / _Swings.of(baseline, candidate).best(tried, line_hz / 2)}, len(tried))
+    tried = np.arange(policy.least_pulse_cycles * line_hz, 1 / policy.fastest_pulse_s, line_hz / 2)
+    found = []
+    for candidate, *_ in settings.values() if len(tried) else ():
+        if (name := candidate.effect.with_role("period")) is not None:
+            best_hz = _Swings.of(baseline, candidate).best(tried, line_hz / 2)
+            found.append(judge_settings(baseline, [candidate.at({name: 1 / best_hz}, len(tried))]))
+    return tuple(one for one in found if one is not None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,35 +57,26 @@ class _Swings:
         return cls(rows, rows.bin_groups(baseline.accepted_columns), middle_s, rows.bin(axes))
 
     def best(self, tried: Array, step: float) -> float:
-        """The frequency of the largest gain: on the grid `tried` (m,) of a given step, then refined."""
-        slow = self._with(self._slow())
-        noise_model = Hypothesis.of(self.rows, slow, (white_noise_model(slow.shape[1]),)).noise_model
+        """The frequency of the largest gain: beside a smooth course on the grid `tried` (m,), then in finer steps."""
+        x, white = self.time_s - self.time_s[0], white_noise_model(self.unit.shape[1])
+        smooth = np.column_stack([np.ones(len(x)), powers(2 * x / x[-1] - 1, HIGHEST)])
+        slow = np.concatenate([self.accepted_columns, in_axes(self.unit, smooth)], axis=2)
+        noise_model = Hypothesis.of(self.rows, slow, (white,)).noise_model
         best = self._first(tried, slow, noise_model)
-        with_wave = Hypothesis.of(
-            self.rows, self._with(self._wave(best)), (noise_model, white_noise_model(slow.shape[1]))
-        ).noise_model
+        swinging = np.concatenate([self.accepted_columns, self._wave(best)], axis=2)
+        noise_model = Hypothesis.of(self.rows, swinging, (noise_model, white)).noise_model
         for _ in range(ROUNDS):
             near = np.maximum(best + step * np.linspace(-1, 1, 2 * FINER + 1), tried[0])
-            best, step = self._first(near, self.accepted_columns, with_wave), step / FINER
+            best, step = self._first(near, self.accepted_columns, noise_model), step / FINER
         return best
 
-    def _first(self, tried: Array, accepted_columns: Array, noise_model: NoiseModel) -> float:
-        """The frequency of the largest gain beside accepted columns (n, q, k) under a noise model."""
+    def _first(self, tried: Array, beside: Array, noise_model: NoiseModel) -> float:
+        """The frequency of the largest gain beside columns (n, q, k) under a noise model."""
         parts = np.array_split(tried, -(-len(tried) // TOGETHER))
-        nats = [
-            in_sample_gains(self.rows, accepted_columns, [self._wave(hz) for hz in part], noise_model) for part in parts
-        ]
+        nats = [in_sample_gains(self.rows, beside, [self._wave(hz) for hz in part], noise_model) for part in parts]
         return float(tried[np.argmax(np.concatenate(nats))])
 
     def _wave(self, hz: float) -> Array:
         """Columns (n, q, 6) of a wave with free phase, zero at the start."""
         angle = 2 * np.pi * hz * self.time_s
         return in_axes(self.unit, np.stack([np.sin(angle), np.cos(angle) - 1], axis=1))
-
-    def _slow(self) -> Array:
-        """Columns (n, q, k) of a constant and of a smooth course of time."""
-        x = 2 * (self.time_s - self.time_s[0]) / (self.time_s[-1] - self.time_s[0]) - 1
-        return np.concatenate([self.unit, in_axes(self.unit, powers(x, HIGHEST))], axis=2)
-
-    def _with(self, columns: Array) -> Array:
-        return np.concatenate([self.accepted_columns, columns], axis=2)

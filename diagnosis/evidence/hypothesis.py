@@ -15,7 +15,6 @@ from diagnosis.evidence.projections import (
     held_out_squares,
     products,
     project_out,
-    project_out_first,
     solved,
     squares_left,
     without_rounding,
@@ -121,7 +120,7 @@ def remaining(rows: BinnedRows, accepted_columns: Array, columns: Array, noise_m
     z, _ = noise_model.whitened(rows.row_start_s, rows.count, stacked)
     p, k = rows.base.shape[2], accepted_columns.shape[2]
     free, _ = project_out(z[:, :, :p], z[:, :, p:], common=rows.common)
-    return without_rounding(project_out_first(free, k), free[:, :, k:])
+    return without_rounding(project_out(free[:, :, :k], free[:, :, k:])[0], free[:, :, k:])
 
 
 def white_noise_model(q: int) -> NoiseModel:

@@ -42,11 +42,8 @@ def localise(problem: LinearProblem, residual: Array) -> tuple[ChannelShare, ...
     best: dict[str, ChannelShare] = {}
     for name, values in channels(problem):
         if name not in again:
-            course = cut.means(values)
-            each = (
-                ChannelShare(name, frame, explained_share(course, framed, policy)) for frame, framed in frames.items()
-            )
-            best[name] = max(each, key=lambda one: one.share)
+            shares = {frame: explained_share(cut.means(values), framed, policy) for frame, framed in frames.items()}
+            best[name] = max((ChannelShare(name, *one) for one in shares.items()), key=lambda one: one.share)
     found = sorted((one for one in best.values() if one.share > policy.least_channel_share), key=lambda one: -one.share)
     return tuple(found[: policy.most_channels])
 
@@ -82,12 +79,10 @@ def explained_share(channel: Array, residual: Array, policy: Policy) -> float:
     if not np.isfinite(channel).all() or len(edges) < 2 or not before:
         return 0.0
     place = np.searchsorted(edges, channel)
-    fold = np.arange(len(channel)) * policy.channel_segments // len(channel) % 2
-    after = 0.0
+    fold, after = np.arange(len(channel)) * policy.channel_segments // len(channel) % 2, 0.0
     for held in (fold == 0, fold == 1):
-        total = np.zeros((len(edges) + 1, residual.shape[1]))
-        np.add.at(total, place[~held], residual[~held])
-        means = total / np.maximum(np.bincount(place[~held], minlength=len(total)), 1)[:, None]
+        trained = np.eye(len(edges) + 1)[place[~held]]
+        means = trained.T @ residual[~held] / np.maximum(trained.sum(axis=0), 1)[:, None]
         after += float(((residual[held] - means[place[held]]) ** 2).sum())
     return 1 - after / before
 

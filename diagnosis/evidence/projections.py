@@ -12,25 +12,19 @@ GONE = 1e-10
 """Part of a column's square below which the remainder after projection is rounding."""
 
 
-def project_out(base: Array, values: Array, *, common: bool) -> tuple[Array, Array]:
-    """Values (n, q, j) with the base (n, q, p) projected out, and the coefficients (q, p, j) of the projection.
+def project_out(base: Array, values: Array, *, common: bool = True) -> tuple[Array, Array]:
+    """Values (n, q, j) with the base (n, q, p), in any units, projected out, and coefficients (q, p, j) of the base.
 
     Each output has coefficients of its own; in common, the outputs are further rows, and the coefficients (1, p, j).
     """
-    B, V = (columns.reshape(-1, 1, columns.shape[2]) if common else columns for columns in (base, values))
+    n, q, _ = values.shape
+    B, V = (columns.reshape(n * q, 1, columns.shape[2]) if common else columns for columns in (base, values))
     B, V = B.transpose(1, 0, 2), V.transpose(1, 0, 2)
     by_output = B.transpose(0, 2, 1)
-    through = symmetric_inverse(by_output @ B, 1e-13) @ (by_output @ V)
+    N = by_output @ B
+    size = np.sqrt(np.maximum(np.einsum("qpp->qp", N), 1e-300))[:, :, None]
+    through = symmetric_inverse(N / size / size.transpose(0, 2, 1), 1e-13) @ (by_output @ V / size) / size
     return (V - B @ through).transpose(1, 0, 2).reshape(values.shape), through
-
-
-def project_out_first(columns: Array, k: int) -> Array:
-    """Columns (n, q, j - k) with the first k of columns (n, q, j) in any units projected out, all outputs together."""
-    N = products(columns)
-    size = np.sqrt(np.maximum(np.diag(N), 1e-300))
-    N = N / np.outer(size, size)
-    through = symmetric_inverse(N[:k, :k], 1e-12) @ N[:k, k:] * size[k:] / size[:k, None]
-    return np.asarray(columns[:, :, k:] - columns[:, :, :k] @ through)
 
 
 def without_rounding(left: Array, columns: Array) -> Array:

@@ -76,18 +76,16 @@ def find_misread_field(problem: LinearProblem) -> ReferenceCorrection | None:
         field_nT = to_body(problem.state.R_wb[used], field_enu_nT[None])
         return gap_beside_iron_nT(problem.recording.mag_nT[used], field_nT)
 
-    before_nT = gap_nT(given)
-    after_nT, how = min((gap_nT(S @ given), how) for how, S in MISREAD.items())
-    read = MISREAD[how] @ given
+    before_nT, (after_nT, how) = gap_nT(given), min((gap_nT(S @ given), how) for how, S in MISREAD.items())
     if after_nT * problem.policy.far_larger >= before_nT:
         return None
+    read = MISREAD[how] @ given
     east, north, up = (f"{value:.0f}" for value in read)
-    words = f"The given field is not east, north, up ({how}) and was read anew."
     figures = (
         f"Correct the given field: with ({east}, {north}, {up}) nT the gap falls from {figure(before_nT)} to "
         f"{figure(after_nT)} nT, and the rest was found with it."
     )
-    return ReferenceCorrection(words, figures, read)
+    return ReferenceCorrection(f"The given field is not east, north, up ({how}) and was read anew.", figures, read)
 
 
 def find_own_compass(problem: LinearProblem) -> tuple[float, float] | None:
@@ -98,27 +96,21 @@ def find_own_compass(problem: LinearProblem) -> tuple[float, float] | None:
     east the noisier direction; a heading computed from the magnetometer has less there than the sensor itself, and a
     smaller residual. Vector mode only, and only where the motion determines the heading's calibration.
     """
-    level_nT = np.hypot(*problem.state.field_enu_nT[:2])
-    parts = _parts_nT(problem) if problem.mode == "vector" and not problem.relative and level_nT else None
-    if parts is None:
-        return None
-    (noise, *others), (size, *sizes) = sample_noise(parts).tolist(), column_rms(parts).tolist()
-    silent = noise < problem.policy.compass_noise * min(others) and size < problem.policy.half * min(sizes)
-    return (noise, min(others)) if silent else None
-
-
-def _parts_nT(problem: LinearProblem) -> Array | None:
-    """Calibrated residual (n, 3) in nT: of a heading's own calibration towards magnetic east, then north, along F."""
     F, used = problem.state.field_enu_nT, problem.usable > 0
+    if problem.mode != "vector" or problem.relative or not F[:2].any():
+        return None
     calibration: Array = np.asarray(np.linalg.pinv(problem.turn, rcond=1e-9), dtype=np.float64)
     mag_nT, R_wb = problem.recording.mag_nT[used], problem.state.R_wb[used]
-    axes = (F[[1, 0, 2]] * [-1, 1, 0], F * [1, 1, 0], F)
+    axes = np.array([F[[1, 0, 2]] * [-1, 1, 0], F * [1, 1, 0], F])
     east, *others = (to_body(R_wb, axis[None] / np.linalg.norm(axis)) for axis in axes)
     east_nT = _own_east_nT(east, mag_nT, float(np.linalg.norm(F)), calibration, problem.policy)
     if east_nT is None:
         return None
     residual_nT = (mag_nT - problem.clean_nT[used]) @ calibration.T
-    return np.column_stack([east_nT, *((other * residual_nT).sum(axis=1) for other in others)])
+    parts = np.column_stack([east_nT, *((other * residual_nT).sum(axis=1) for other in others)])
+    (noise, *noises), (size, *sizes) = sample_noise(parts).tolist(), column_rms(parts).tolist()
+    silent = noise < problem.policy.compass_noise * min(noises) and size < problem.policy.half * min(sizes)
+    return (noise, min(noises)) if silent else None
 
 
 def _own_east_nT(k: Array, mag_nT: Array, strength_nT: float, calibration: Array, policy: Policy) -> Array | None:

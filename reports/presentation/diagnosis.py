@@ -124,7 +124,7 @@ def cells(row: ParameterRow) -> Row:
 
 def _part_rows(diagnosis: Diagnosis) -> Iterator[Row]:
     for part in diagnosis.parts if len(diagnosis.parts) > 1 else ():
-        when, heading_deg = part.stretch, part.stretch.heading_deg
+        when, heading_deg = part, part.heading_deg
         heading = "–" if heading_deg is None else f"{heading_deg:.0f}°"
         sizes = (digits(part.rms_nT), digits(part.rms_sigma))
         yield digits(when.from_s), digits(when.to_s), when.phase or "–", heading, *sizes

@@ -48,7 +48,6 @@ GUARDS = {
     "dipole_position.py": {"MEAN_S", "MOST_MEANS", "SAME_M", "LEAST_M", "STEP_M"},
     "residual_tests.py": {"MOST_TONES"},
     "slow_noise.py": {"LOG_SIZES"},
-    "active_parts.py": {"NORMAL_MAD"},
     "advice.py": {"MINUTE_S", "MOST_TIMES", "TRIED_CHANNELS"},
     "legs.py": {"LEGS", "SWAYING", "QUICK", "QUIET"},
     "result.py": {"NORMAL_95"},

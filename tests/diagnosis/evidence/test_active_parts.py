@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from diagnosis.evidence.active_parts import ActivePart, GapPart, largest_part, split_by_power
+from diagnosis.evidence.active_parts import ActivePart, largest_part, split_by_power
 from diagnosis.policy import STANDARD
 from tests.diagnosis.synthetic import problem, recording, without_attitude
 
@@ -36,10 +36,10 @@ def test_a_part_with_twice_the_noise_is_found_within_a_cell(posed) -> None:  # t
     parts = split_by_power(posed, residual)
     part = largest_part(parts, STANDARD)
     assert part is not None
-    assert np.abs(np.subtract([part.stretch.from_s, part.stretch.to_s], [100.0, 180.0])).max() < 400.0 / 60
+    assert np.abs(np.subtract([part.from_s, part.to_s], [100.0, 180.0])).max() < 400.0 / 60
     assert part.rms_sigma == pytest.approx(2.0, rel=0.05)
     assert part.rms_nT == pytest.approx(2.0 * float(np.sqrt((posed.sigma_nT**2).mean())), rel=0.05)
-    assert sum(one.stretch.share for one in parts) == pytest.approx(1.0)
+    assert sum(one.share for one in parts) == pytest.approx(1.0)
 
 
 def test_a_stretch_says_its_phases_and_a_steady_compass_heading() -> None:
@@ -59,7 +59,7 @@ def test_a_stretch_says_its_phases_and_a_steady_compass_heading() -> None:
 def test_a_burst_is_no_part(posed) -> None:  # type: ignore[no-untyped-def]
     residual = _noise(len(posed.state))
     residual[1000:1040] *= 10.0
-    assert min(one.stretch.share for one in split_by_power(posed, residual)) >= STANDARD.least_part
+    assert min(one.share for one in split_by_power(posed, residual)) >= STANDARD.least_part
 
 
 @pytest.mark.parametrize(("louder", "share"), [(200, 0.05), (80, 0.04)])
@@ -69,7 +69,7 @@ def test_a_part_is_a_twenty_fifth_of_the_run_at_least(posed, louder: int, share:
     residual[1000 : 1000 + louder] *= 5.0
     part = largest_part(split_by_power(posed, residual), STANDARD)
     assert part is not None
-    assert part.stretch.share == pytest.approx(share, abs=0.009)
+    assert part.share == pytest.approx(share, abs=0.009)
 
 
 @pytest.mark.parametrize(("share", "words"), [(0.08, "transit"), (0.12, "transit, spiral")])
@@ -92,7 +92,7 @@ def test_a_run_of_few_samples_may_have_no_part(posed) -> None:  # type: ignore[n
     for first, whole in ((n - 200, 1.0), (n - 20, 0.0)):
         there = np.arange(n) >= first
         parts = split_by_power(replace(posed, usable=there.astype(float)), _noise(n) * there[:, None])
-        assert sum(one.stretch.share for one in parts) == pytest.approx(whole)
+        assert sum(one.share for one in parts) == pytest.approx(whole)
 
 
 @pytest.mark.parametrize(
@@ -108,5 +108,5 @@ def test_a_run_of_few_samples_may_have_no_part(posed) -> None:  # type: ignore[n
 )
 def test_a_part_is_far_larger_by_its_power_beyond_the_noise(sizes, far) -> None:  # type: ignore[no-untyped-def]
     """Over that of the rest, each part by its length; what is next to nothing is not divided by."""
-    parts = tuple(GapPart(ActivePart(0.0, 1.0, share, None, None), size, size) for size, share in sizes)
+    parts = tuple(ActivePart(0.0, 1.0, share, None, None, size, size) for size, share in sizes)
     assert (largest_part(parts, STANDARD) is parts[0]) is far
