@@ -35,23 +35,26 @@ class ActivePart:
     rms_sigma: float = 0.0
 
     @classmethod
-    def of(cls, problem: LinearProblem, from_s: float, to_s: float) -> ActivePart:
-        """The interval from `from_s` to `to_s`, with the phases that cover `phase_share` of it and the heading.
+    def of(cls, problem: LinearProblem, from_s: float, to_s: float, residual: Array | None = None) -> ActivePart:
+        """The interval with the phases that cover `phase_share` of it, and the size of a residual (n, q) there, if any.
 
         Compass heading of the mean x axis: None without attitude or while the vehicle turns.
         """
         time_s, phase = problem.state.time_s, problem.recording.phase
         inside = (time_s >= from_s) & (time_s < to_s)
-        name, heading_deg = None, None
+        part = cls(from_s, to_s, float(inside.mean()), None, None)
         if phase is not None and inside.any():
             names, first, count = np.unique(phase[inside], return_index=True, return_counts=True)
             kept = count >= problem.policy.phase_share * count.sum()
-            name = ", ".join(names[kept][np.argsort(first[kept])])
+            part = replace(part, phase=", ".join(names[kept][np.argsort(first[kept])]))
         if problem.recording.att_q is not None and inside.any():
             east, north = problem.state.R_wb[inside][:, :2, 0].mean(axis=0)
             if np.hypot(east, north) >= problem.policy.nearly_all:
-                heading_deg = float(np.degrees(np.arctan2(east, north)) % 360.0)
-        return cls(from_s, to_s, float(inside.mean()), name, heading_deg)
+                part = replace(part, heading_deg=float(np.degrees(np.arctan2(east, north)) % 360.0))
+        if residual is None:
+            return part
+        some = residual[inside & (problem.usable > 0)]
+        return replace(part, rms_nT=rms(some * problem.sigma_nT), rms_sigma=rms(some))
 
     @property
     def words(self) -> str:
@@ -79,12 +82,8 @@ def split_by_power(problem: LinearProblem, residual: Array) -> tuple[ActivePart,
         return ()
     cuts = np.flatnonzero(there)[_cuts(np.log(np.maximum(power[there], 1e-12)), policy)]
     ends_s = np.append(problem.state.time_s, problem.state.time_s[-1] + problem.state.interval_s)
-    parts = []
-    for a, b in itertools.pairwise(edges[[0, *cuts, -1]]):
-        some = residual[a:b][problem.usable[a:b] > 0]
-        part = ActivePart.of(problem, float(ends_s[a]), float(ends_s[b]))
-        parts.append(replace(part, rms_nT=rms(some * problem.sigma_nT), rms_sigma=rms(some)))
-    return tuple(parts)
+    ends_s = ends_s[edges[[0, *cuts, -1]]].tolist()
+    return tuple(ActivePart.of(problem, first, last, residual) for first, last in itertools.pairwise(ends_s))
 
 
 def largest_part(parts: tuple[ActivePart, ...], policy: Policy) -> ActivePart | None:

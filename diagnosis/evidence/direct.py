@@ -147,7 +147,7 @@ def _far_runs(problem: LinearProblem, valid: Mask) -> tuple[Mask, Mask]:
     """
     policy, size = problem.policy, np.abs(_quiet_deviation(problem))
     far, peaks = np.zeros(len(size), np.bool_), np.zeros(size.shape, np.bool_)
-    for first, end in runs((size > policy.far_sigma).any(axis=1)):
+    for first, end in runs(np.asarray((size > policy.far_sigma).any(axis=1))):
         if end - first <= policy.most_burst:
             far[first:end] = valid[first:end]
             within = size[first:end] * valid[first:end, None]

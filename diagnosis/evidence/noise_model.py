@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -54,21 +55,21 @@ class NoiseModel:
         processes' spectra; each update multiplies a variance by ``sum a P s / S^2 / sum a s / S``. walking : white
         noise and a random walk of the axes alone.
         """
-        longest_s = policy.longest_memory * len(residual) * interval_s
-        tau_s = np.geomspace(policy.shortest_memory * interval_s, longest_s, policy.memories)[-1 if walking else 0 :]
+        shortest_s, longest_s = interval_s * policy.shortest_memory, interval_s * policy.longest_memory * len(residual)
+        tau_s = np.geomspace(shortest_s, longest_s, policy.memories)[-1 if walking else 0 :]
         # a random walk over the whole run has most power in the first line, and would else be taken for a drift
         bands = Bands.of(residual, interval_s, 1, policy.bands)
-        power = np.maximum(bands.density / (2 * interval_s), LEAST_POWER)
-        own = np.concatenate([np.ones((1, len(bands.f))), ou_density(bands.f, tau_s, interval_s)])
-        own = own[:1] if walking else own
+        own, power = np.ones((1, len(bands.f))), bands.density / (2 * interval_s)
+        if not walking:
+            own = np.concatenate([own, ou_density(bands.f, tau_s, interval_s)])
         total, turning = residual.var(axis=0), np.zeros(0)
         if output_axes is None:
             variance = _fitted(np.repeat(total[:, None] / len(own), len(own), axis=1), own, power, bands.lines)
         else:
             seen = [seen_density(axis, tau_s, interval_s, policy) for axis in output_axes.swapaxes(0, 1)]
-            variance, turning = _with_wander(own, total, np.stack(seen), power, bands.lines)
+            variance, turning = _with_wander(own, total, seen, power, bands.lines)
         white = np.maximum(variance[:, 0], LEAST_WHITE * np.maximum(total, LEAST_POWER))
-        return cls(tau_s, white, np.zeros((len(total), 1)) if walking else variance[:, 1:], turning, output_axes)
+        return cls(tau_s, white, variance[:, 1:], turning, output_axes)
 
     def whitened(self, time_s: Array, usable: Array, columns: Array) -> tuple[Array, Array]:
         """Columns (n, q, w) as innovations over their standard deviation, and ln S (n, q) of the innovations.
@@ -108,13 +109,12 @@ class NoiseModel:
         return tau_s, variance, np.concatenate([own, np.tile(self.output_axes, turning.sum())], axis=2)
 
 
-def _with_wander(own: Array, total: Array, seen: Array, power: Array, lines: Array) -> tuple[Array, Array]:
-    """Variances (q, p) of each output's own processes with spectra (p, m), and (J,) of a wander with spectra (q, J, m).
+def _with_wander(own: Array, total: Array, seen: Sequence[Array], power: Array, lines: Array) -> tuple[Array, Array]:
+    """Variances (q, p) of each output's own processes with spectra (p, m), and (J,) of a wander with q spectra (J, m).
 
     One likelihood of all outputs of variance total (q,), with powers (q, m) in bands of lines (m,).
     """
-    q, J, _ = seen.shape
-    p = len(own)
+    q, p, J = len(total), len(own), len(seen[0])
     shapes = np.concatenate([np.kron(np.eye(q), own), np.concatenate(seen, axis=1)])
     start = np.append(np.repeat(total / (p + J), p), np.full(J, total.min() / (p + J)))
     variance = _fitted(start[None], shapes, power.reshape(1, -1), np.tile(lines, q))
@@ -158,7 +158,7 @@ def _fitted(start: Array, shapes: Array, power: Array, lines: Array) -> Array:
                     S += variance[a, j] * shapes[j, b]
                 S = max(S, LEAST_POWER)
                 down[b] = lines[b] / S
-                up[b] = down[b] * power[a, b] / S
+                up[b] = down[b] * max(power[a, b], LEAST_POWER) / S
             for j in range(p):
                 more, less = 0.0, 0.0
                 for b in range(m):

@@ -99,15 +99,14 @@ def find_own_compass(problem: LinearProblem) -> tuple[float, float] | None:
     F, used = problem.state.field_enu_nT, problem.usable > 0
     if problem.mode != "vector" or problem.relative or not F[:2].any():
         return None
-    calibration: Array = np.asarray(np.linalg.pinv(problem.turn, rcond=1e-9), dtype=np.float64)
-    mag_nT, R_wb = problem.recording.mag_nT[used], problem.state.R_wb[used]
-    axes = np.array([F[[1, 0, 2]] * [-1, 1, 0], F * [1, 1, 0], F])
-    east, *others = (to_body(R_wb, axis[None] / np.linalg.norm(axis)) for axis in axes)
+    calibration = problem.ahead_of_iron(np.eye(3)).T
+    mag_nT, axes = problem.recording.mag_nT[used], (F[[1, 0, 2]] * [-1, 1, 0], F * [1, 1, 0], F)
+    east, *others = (to_body(problem.state.R_wb[used], axis[None] / np.linalg.norm(axis)) for axis in axes)
     east_nT = _own_east_nT(east, mag_nT, float(np.linalg.norm(F)), calibration, problem.policy)
     if east_nT is None:
         return None
-    residual_nT = (mag_nT - problem.clean_nT[used]) @ calibration.T
-    parts = np.column_stack([east_nT, *((other * residual_nT).sum(axis=1) for other in others)])
+    field_nT = problem.ahead_of_iron(problem.off_nT)[used]
+    parts = np.column_stack([east_nT, *((other * field_nT).sum(axis=1) for other in others)])
     (noise, *noises), (size, *sizes) = sample_noise(parts).tolist(), column_rms(parts).tolist()
     silent = noise < problem.policy.compass_noise * min(noises) and size < problem.policy.half * min(sizes)
     return (noise, min(noises)) if silent else None

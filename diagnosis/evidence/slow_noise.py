@@ -180,26 +180,28 @@ class StepsFit(NamedTuple):
 
 
 def fit_steps(residual: Array, interval_s: float, spectrum: SlowSpectrum, policy: Policy) -> StepsFit:
-    """The likeliest sizes of a slow noise by n steps between block means of a residual (N, q) in units of the noise.
-
-    Blocks of `step_s`, adapted to give `least_steps` to `most_steps`.
-    """
-    length = max(1, min(round(policy.step_s / interval_s), len(residual) // policy.least_steps))
-    length = max(length, len(residual) // policy.most_steps)
-    steps = np.diff(Cut(length, len(residual) // length).means(residual), axis=0).T
-    slow = _correlation(spectrum.shape, steps.shape[1], length * interval_s)
-    white = spectrum.level / (length * interval_s) * np.pad([1.0, -0.5], (0, len(slow)))[: len(slow)]
+    """The likeliest sizes of a slow noise, by the steps between block means of a residual (n, q)."""
+    steps, block_s = _block_steps(residual, interval_s, policy)
+    slow = _correlation(spectrum.shape, steps.shape[1], block_s)
+    white = spectrum.level / block_s * np.pad([1.0, -0.5], (0, len(slow)))[: len(slow)]
     scale = white[0] / max(slow[0], 1e-300)
 
     def cost(x: float, axis: Array) -> float:
         return -_likelihood(axis, white + np.exp(x) * scale * slow)[0]
 
-    options: Any = {"bounds": LOG_SIZES, "method": "bounded", "options": {"xatol": 0.05, "maxiter": 25}}
-    sizes = scale * np.exp([minimize_scalar(cost, args=(axis,), **options).x for axis in steps])
+    search: Any = {"bounds": LOG_SIZES, "method": "bounded", "options": {"xatol": 0.05, "maxiter": 25}}
+    sizes = scale * np.exp([minimize_scalar(cost, args=(axis,), **search).x for axis in steps])
     found = [_likelihood(axis, white + size * slow) for axis, size in zip(steps, sizes, strict=True)]
     score = sum(likelihood for likelihood, _ in found)
     gain = score - sum(_likelihood(axis, white)[0] for axis in steps)
     return StepsFit(score, gain, sizes, np.stack([innovations for _, innovations in found], axis=1))
+
+
+def _block_steps(residual: Array, interval_s: float, policy: Policy) -> tuple[Array, float]:
+    """Steps (q, m) between means over blocks of `step_s`, adapted to give `least_steps` to `most_steps`; their time."""
+    n = len(residual)
+    length = max(1, min(round(policy.step_s / interval_s), n // policy.least_steps), n // policy.most_steps)
+    return np.diff(Cut(length, n // length).means(residual), axis=0).T, length * interval_s
 
 
 def _correlation(density: Density, n: int, T: float) -> Array:

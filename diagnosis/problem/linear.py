@@ -189,7 +189,7 @@ class LinearProblem:
 
     def ahead_of_iron(self, measured_nT: Array) -> Array:
         """Differences (n, 3) of the field that make differences (n, 3) of the measurement, behind the fitted iron."""
-        return np.asarray(measured_nT @ np.linalg.inv(self.turn).T)
+        return np.asarray(measured_nT @ np.linalg.pinv(self.turn, rcond=1e-9).T)
 
     def missing_inputs(self, effect: type[Effect] | Effect) -> tuple[str, ...]:
         """Inputs that an effect needs and the problem lacks, or does not show.
