@@ -12,7 +12,7 @@ from diagnosis.evidence.localise import ChannelShare
 from diagnosis.library.drivers import CHANNEL_LAGS, find_drivers
 from diagnosis.policy import Policy
 from diagnosis.problem.formulation import pose, pose_model
-from diagnosis.repair.channel_curves import DriverScreening, better_channels, follow_channels, select_curves
+from diagnosis.repair.channel_curves import CurveRound, better_channels, channel_of, follow_channels, select_curves
 from diagnosis.repair.refinement import chain_residual
 from diagnosis.result import EvidenceKind
 from diagnosis.several.confirmation import confirmed
@@ -57,7 +57,7 @@ def late(x: Array, lag_s: float) -> Array:
 
 
 def found(given: Recording) -> list[str]:
-    return [one.channel for one in select_curves(Baseline.of(problem(given)))]
+    return [channel_of(one) for one in select_curves(Baseline.of(problem(given)))[0]]
 
 
 def test_a_saturating_load_that_comes_late_is_followed_and_foretells_another_run() -> None:
@@ -91,15 +91,13 @@ def test_a_saturating_load_that_comes_late_is_followed_and_foretells_another_run
 
 def test_several_channels_are_joined_and_each_has_the_lowest_order_that_will_do() -> None:
     one, other = load(1), np.sin(np.arange(4000) / 31.0)
-    (first, second) = select_curves(
-        Baseline.of(problem(disturbed(2 * one + 1.5 * other**2, a=one, b=other, c=slow(5))))
-    )
-    assert {c.channel: dict(c.evidence.candidate.nonlinear)["order"] for c in (first, second)} == {"a": 1, "b": 2}
+    curves, _ = select_curves(Baseline.of(problem(disturbed(2 * one + 1.5 * other**2, a=one, b=other, c=slow(5)))))
+    assert {channel_of(c): dict(c.evidence.candidate.nonlinear)["order"] for c in curves} == {"a": 1, "b": 2}
 
 
 def test_a_lag_of_the_curve_is_told_from_a_lag_of_the_channel() -> None:
     x = np.sin(np.arange(4000) / 17.0)
-    (one,) = select_curves(Baseline.of(problem(disturbed(2 * late(x**2, 3.0), x=x))))
+    ((one,), _) = select_curves(Baseline.of(problem(disturbed(2 * late(x**2, 3.0), x=x))))
     way = dict(one.evidence.candidate.nonlinear)
     assert way["late"] == "curve"
     assert way["lag_s"] == pytest.approx(3.0, rel=0.15)
@@ -112,7 +110,7 @@ def test_the_height_drives_also_where_only_the_strength_is_known() -> None:
     pressed = disturbed(12 * np.sqrt(height - height.min()))
     p = pose(replace(pressed, att_q=None), FIELD_ENU_NT, STRENGTH_NT, ())
     assert p.mode == "strength"
-    assert [one.channel for one in select_curves(Baseline.of(p))] == [HEIGHT]
+    assert [channel_of(one) for one in select_curves(Baseline.of(p))[0]] == [HEIGHT]
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -130,7 +128,7 @@ def test_a_channel_that_is_shifted_in_time_drives_nothing(seed: int) -> None:
 def test_a_course_of_time_is_not_a_channels_however_little_is_asked(power: int) -> None:
     course = np.linspace(-1, 1, 4000) ** power
     asks_little = Policy(coloured_nats=1.0)
-    assert not select_curves(Baseline.of(problem(disturbed(4 * course, charge=course), policy=asks_little)))
+    assert not select_curves(Baseline.of(problem(disturbed(4 * course, charge=course), policy=asks_little)))[0]
 
 
 def test_tones_beside_a_current_give_way_to_the_channel_that_makes_them() -> None:
@@ -171,9 +169,9 @@ def test_a_named_effect_leaves_no_room_for_a_curve() -> None:
 def test_nothing_is_felt_later_than_the_run_is_long(n: int, lag_s: float) -> None:
     """Of ten samples a second."""
     given = disturbed(900 * late(load(1, n), 300.0), load=load(1, n))
-    look = DriverScreening.of(Baseline.of(problem(given)))
-    (driver,) = [one for one in find_drivers(look.problem) if one.name == "load"]
-    assert look.best(driver, CHANNEL_LAGS)[1].lag_s == lag_s
+    look = CurveRound.of(Baseline.of(problem(given)))
+    (driver,) = [one for one in find_drivers(look.baseline.problem) if one.name == "load"]
+    assert look.best_lag(driver, CHANNEL_LAGS)[1].lag_s == lag_s
 
 
 @pytest.mark.parametrize(
