@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import astuple, dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
 from typing import Any
@@ -141,6 +141,15 @@ class GapSize:
         return {"before": before, "after": after, "explained": self.explained}
 
     @classmethod
+    def joint(cls, gaps: Sequence[GapSize]) -> GapSize:
+        """Size of several gaps with equal weight; the explained share counts recordings with a gap only."""
+        with_gap = [gap for gap in gaps if gap.explained is not None]
+        excess = sum(gap.before_sigma**2 - 1 for gap in with_gap)
+        taken = sum(gap.before_sigma**2 - gap.after_sigma**2 for gap in with_gap)
+        before_nT, before, after_nT, after = map(rms, zip(*(astuple(gap)[:4] for gap in gaps), strict=True))
+        return cls(before_nT, before, after_nT, after, min(1.0, taken / excess) if with_gap else None)
+
+    @classmethod
     def of(cls, problem: LinearProblem, before: Array, after: Array, use: NDArray[np.bool_]) -> GapSize:
         """The size of residuals before and after (n, q), in units of the noise, on the usable samples of `use` (n,)."""
         residuals = [residual[use & (problem.usable > 0)] for residual in (before, after)]
@@ -158,7 +167,7 @@ class Explanation:
 
     clean: whether the residual is white, or explained by slow noise. where: channels that the gap follows. before_nT,
     after_nT (n, q): residuals. after: tests of the residual of the accepted effects. rise: frequencies at which the
-    residual's spectrum rises.
+    residual's spectrum rises. doubts: why the named effects may only resemble the cause.
     """
 
     problem: LinearProblem
@@ -170,6 +179,7 @@ class Explanation:
     after_nT: Array
     after: ResidualTests
     rise: RisingSpectrum | None
+    doubts: tuple[str, ...] = field(default=(), kw_only=True)
 
     @classmethod
     def by(
@@ -238,18 +248,16 @@ class Flight:
 class Diagnosis(Explanation):
     """Diagnosis of a recording against a model: an explanation with its verdict, in words, and the new model.
 
-    absorbed: effects resembling iron on the motion. untested: effects whose causes are not recorded. doubts: why named
-    effects were withdrawn. ranking: results of all candidates in the first round. before: tests of the residual without
-    effects. given: effects of the model as given. parts: parts of the run with a steady size of the gap. next_flight:
-    advised flight. has_second: whether a second recording was given. resimulated_nT: rms that the written model leaves
-    of the whole recording, without any fit. iron_anew: whether that model has iron fitted to the recording in place of
-    the given.
+    absorbed: effects resembling iron on the motion. untested: effects whose causes are not recorded. ranking: results
+    of all candidates in the first round. before: tests of the residual without effects. given: effects of the model as
+    given. parts: parts of the run with a steady size of the gap. next_flight: advised flight. has_second: whether a
+    second recording was given. resimulated_nT: rms that the written model leaves of the whole recording, without any
+    fit. iron_anew: whether that model has iron fitted to the recording in place of the given.
     """
 
     verdict: Verdict
     absorbed: tuple[str, ...]
     untested: tuple[str, ...]
-    doubts: tuple[str, ...]
     ranking: tuple[CandidateResult, ...]
     before: ResidualTests
     model: Scenario

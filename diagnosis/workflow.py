@@ -13,7 +13,7 @@ from diagnosis.decision.conclusion import Conclusion, conclude
 from diagnosis.decision.iron import absorbed_effects
 from diagnosis.decision.second_passes import select_in_every_way
 from diagnosis.decision.sentence import sentence_for
-from diagnosis.decision.verdict_rules import doubts_of, verdict_of
+from diagnosis.decision.verdict_rules import judge
 from diagnosis.evidence.active_parts import split_by_power
 from diagnosis.evidence.candidate_result import withdraw_names
 from diagnosis.evidence.direct import DirectFinding, direct_evidence, find_start_samples, held_rows
@@ -104,21 +104,18 @@ def diagnosis_of(examination: Examination) -> Diagnosis:
     """The diagnosis of an examination, with sentences and the new model."""
     problem, selection = examination.problem, examination.conclusion.selection
     found = explain(problem, examination.conclusion, examination.direct)
-    verdict = verdict_of(found)
-    doubts = doubts_of(found, verdict)
-    curves = _curves(examination.conclusion, found, verdict, doubts)
-    if curves or doubts or verdict is Verdict.UNKNOWN:  # what explains little is no name
-        verdict, found = Verdict.UNKNOWN, curves or found.without_effects()
-    names = {one.name for one in found.named}
+    verdict, (judged,) = judge([found])
+    if (curves := _curves(examination.conclusion, found, verdict)) is not None:
+        verdict, judged = Verdict.UNKNOWN, replace(curves, doubts=judged.doubts)
+    names = {one.name for one in judged.named}
     diagnosis = Diagnosis(
-        **{part.name: getattr(found, part.name) for part in fields(found)},
+        **{part.name: getattr(judged, part.name) for part in fields(judged)},
         verdict=verdict,
         absorbed=tuple(name for name in absorbed_effects(problem) if name not in names),
         untested=_untested(problem),
-        doubts=doubts,
-        ranking=withdraw_names(selection.results, doubts) if verdict is Verdict.UNKNOWN else selection.results,
+        ranking=withdraw_names(selection.results, judged.doubts) if verdict is Verdict.UNKNOWN else selection.results,
         before=selection.before,
-        model=patch_model(examination.model, found.named, problem),
+        model=patch_model(examination.model, judged.named, problem),
         given=examination.whole.effects,
         parts=split_by_power(problem, selection.start.residual()),
     )
@@ -132,13 +129,11 @@ def _untested(problem: LinearProblem) -> tuple[str, ...]:
     return tuple(f"{name} (no {', '.join(channels)})" for name, channels in lacking if channels)
 
 
-def _curves(
-    conclusion: Conclusion, found: Explanation, verdict: Verdict, doubts: tuple[str, ...]
-) -> Explanation | None:
+def _curves(conclusion: Conclusion, found: Explanation, verdict: Verdict) -> Explanation | None:
     """The channels followed by the gap, where only slow noise is named, or curves explain much more than the names."""
     start = conclusion.selection.start
     noise_alone = conclusion.noise is not None and not found.of_kind(EvidenceKind.HELD_OUT)
-    if doubts or verdict is Verdict.UNKNOWN or noise_alone:
+    if verdict is Verdict.UNKNOWN or noise_alone:
         return follow_channels(start, found)
     return better_channels(start, found) if verdict is Verdict.PARTIAL and not found.clean else None
 

@@ -36,7 +36,7 @@ from benchmarks.diagnosis.truth import BASE, EQUIVALENT
 from diagnosis.problem.formulation import pose_model
 from diagnosis.result import EvidenceKind, Transfer
 from diagnosis.several.selection import PooledRecording, select_pooled
-from diagnosis.several.workflow import PooledVerdict
+from diagnosis.several.workflow import judge_pool
 from diagnosis.workflow import examine
 from sim.scenario import ModelSpec
 
@@ -110,13 +110,12 @@ def run_lot(pool: VehiclePool, lot: str) -> Row:
     begun = time.process_time()
     members = [member_of(pool, letter, int(i)) for letter, i in zip(lot[::2], lot[1::2], strict=True)]
     ready = time.process_time()
-    judged = PooledVerdict.of(members, select_pooled(members, lambda what: None)[0])
+    verdict, common, _ = judge_pool(members, select_pooled(members, lambda what: None)[0])
     names = [
-        [one.name, *one.named.alternatives, *one.named.rivals, str(one.transfer), str(one.named.kind)]
-        for one in judged.common
+        [one.name, *one.named.alternatives, *one.named.rivals, str(one.transfer), str(one.named.kind)] for one in common
     ]
     return {
-        "key": f"{pool.seed}/{lot}", "vehicle": pool.vehicle, "truths": pool.truths, "verdict": str(judged.verdict),
+        "key": f"{pool.seed}/{lot}", "vehicle": pool.vehicle, "truths": pool.truths, "verdict": str(verdict),
         "names": names, "cpu_s": [ready - begun, time.process_time() - ready],
     }  # fmt: skip
 

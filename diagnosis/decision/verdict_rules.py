@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 from diagnosis.decision.monotone_courses import driving_channels, monotone_channels
 from diagnosis.evidence.baseline import Baseline
@@ -11,13 +12,27 @@ from diagnosis.evidence.localise import TIME, ChannelShare, channels, courses_on
 from diagnosis.evidence.slow_noise import follows_time_only
 from diagnosis.problem.sensors import as_currents
 from diagnosis.problem.strength import turns_too_fast
-from diagnosis.result import EvidenceKind, Explanation
+from diagnosis.result import EvidenceKind, Explanation, GapSize
 from diagnosis.verdict import Verdict
 from recordings.channels import current_name
 from sim.effects import BY_NAME
 
 Rule = Callable[[Explanation], bool]
 NameDoubt = Callable[[Explanation], str | None]
+
+
+def judge(cases: Sequence[Explanation]) -> tuple[Verdict, tuple[Explanation, ...]]:
+    """The verdict on all recordings as one, and the doubts of each; names that half of them doubt are withdrawn.
+
+    Without names slow noise does not count as clean, and what explains little is no name.
+    """
+    clean = all(case.clean if case.named else case.after.clean for case in cases)
+    rise, gap = next((case.rise for case in cases if case.rise), None), GapSize.joint([case.gap for case in cases])
+    verdict = verdict_of(replace(cases[0], clean=clean, gap=gap, rise=rise))
+    judged = [replace(case, doubts=doubts_of(case, verdict)) for case in cases]
+    if verdict is Verdict.UNKNOWN or 2 * sum(bool(case.doubts) for case in judged) >= len(judged):
+        return Verdict.UNKNOWN, tuple(case.without_effects() for case in judged)
+    return verdict, tuple(judged)
 
 
 def verdict_of(case: Explanation) -> Verdict:

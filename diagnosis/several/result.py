@@ -5,18 +5,16 @@ from __future__ import annotations
 import itertools
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 from diagnosis.evidence.localise import ChannelShare
-from diagnosis.result import Diagnosis, Explanation, GapSize, Transfer, parameters
+from diagnosis.result import OF_VALUES, Diagnosis, Explanation, GapSize, Transfer, parameters
 from diagnosis.several.common_effects import CommonEffect, in_all
 from diagnosis.several.pooled_effect import Presence
 from diagnosis.verdict import Verdict
-from scenarios.arrays import Array
 from sim.scenario import Scenario
-from validation.signals.amplitude import rms
 
 
 @dataclass(frozen=True)
@@ -50,37 +48,14 @@ SENSORS = Scope(
 )
 
 
-@dataclass(frozen=True)
-class RecordingGap:
-    """The gap of one recording before and after the effects: size, channels that the gap follows, residuals (n, q).
-
-    left: structure left in the residual and doubts about the effects, in words.
-    """
-
-    size: GapSize
-    where: tuple[ChannelShare, ...]
-    left: tuple[str, ...]
-    before_nT: Array
-    after_nT: Array
-
-    @classmethod
-    def of(cls, case: Explanation, doubts: tuple[str, ...] = ()) -> RecordingGap:
-        """The gap of a case, and doubts about its effects."""
-        return cls(case.gap, case.where, (*case.unexplained, *doubts), case.before_nT, case.after_nT)
-
-    def without_effects(self) -> RecordingGap:
-        """The gap without named effects: nothing is explained."""
-        return replace(self, size=self.size.without_effects(), after_nT=self.before_nT)
-
-
 @dataclass(frozen=True, repr=False)
 class PooledDiagnosis:
     """Report on n recordings compared with one model.
 
     names, each: the recordings with their own diagnoses. common: effects supported by more than one recording. single:
-    effects named by one. gaps: of each recording, with the coefficients predicted by the other recordings, or with its
-    own where these differ. scope: recordings, or the sensors of one array; sensors keep the gaps of their own
-    diagnoses. first: the sensor in the headline, or the recording that says more alone than all together.
+    effects named by one. gaps: what the effects explain of each recording, with the coefficients predicted by the other
+    recordings, or with its own where these differ. scope: recordings, or the sensors of one array; sensors keep the
+    gaps of their own diagnoses. first: the sensor in the headline, or the recording that says more alone than all.
     """
 
     names: tuple[str, ...]
@@ -88,7 +63,7 @@ class PooledDiagnosis:
     verdict: Verdict
     common: tuple[CommonEffect, ...]
     single: tuple[CommonEffect, ...]
-    gaps: tuple[RecordingGap, ...]
+    gaps: tuple[Explanation, ...]
     model: Scenario
     scope: Scope = RECORDINGS
     first: int | None = None
@@ -102,7 +77,7 @@ class PooledDiagnosis:
     @cached_property
     def gap(self) -> GapSize:
         """Size of the gap of all recordings with equal weight."""
-        return joint_gap([gap.size for gap in self.gaps])
+        return GapSize.joint([gap.gap for gap in self.gaps])
 
     @cached_property
     def where(self) -> tuple[ChannelShare, ...]:
@@ -117,7 +92,22 @@ class PooledDiagnosis:
     @property
     def unexplained(self) -> tuple[str, ...]:
         """Structure left in each recording, and doubts about the effects."""
-        return tuple(f"{name}: {why}" for name, gap in zip(self.names, self.gaps, strict=True) for why in gap.left)
+        told = ((name, (*gap.unexplained, *gap.doubts)) for name, gap in zip(self.names, self.gaps, strict=True))
+        return tuple(f"{name}: {why}" for name, left in told for why in left)
+
+    @property
+    def says_less_than_each(self) -> bool:
+        """Whether the recordings alone say more than all together.
+
+        Nothing is common to all, and every recording alone has its answer or all together none; or only noise and steps
+        of the values are common, and a recording has an effect or iron of its own.
+        """
+        if self.verdict is Verdict.NONE:
+            return any(own.verdict is not Verdict.NONE for own in self.each)
+        if self.verdict.explained:
+            own_cause = any(cause.kind not in OF_VALUES for own in self.each for cause in own.named)
+            return own_cause and all(effect.named.kind in OF_VALUES for effect in self.common)
+        return self.verdict is Verdict.UNKNOWN and all(own.verdict.explained for own in self.each)
 
     def without(self, effect: CommonEffect) -> list[str]:
         """Names of the recordings or sensors that exclude an effect."""
@@ -189,7 +179,7 @@ class PooledDiagnosis:
         return {
             "name": self.names[i],
             **{key: own[key] for key in ("verdict", "sentence", "gap", "effects")},
-            "gap_together": self.gaps[i].size.as_dict(),
+            "gap_together": self.gaps[i].gap.as_dict(),
             "coefficients": coefficients,
         }
 
@@ -201,14 +191,3 @@ def worst(each: Sequence[Diagnosis]) -> int:
         return max(unexplained, key=lambda i: each[i].gap.after_sigma)
     gaps = [i for i, diagnosis in enumerate(each) if diagnosis.verdict is not Verdict.NONE]
     return max(gaps or range(len(each)), key=lambda i: each[i].gap.before_sigma)
-
-
-def joint_gap(gaps: Sequence[GapSize]) -> GapSize:
-    """Size of several gaps with equal weight; the explained share counts recordings with a gap only."""
-    with_gap = [gap for gap in gaps if gap.explained is not None]
-    excess = sum(gap.before_sigma**2 - 1 for gap in with_gap)
-    taken = sum(gap.before_sigma**2 - gap.after_sigma**2 for gap in with_gap)
-    before_nT, before, after_nT, after = (
-        rms([getattr(gap, name) for gap in gaps]) for name in ("before_nT", "before_sigma", "after_nT", "after_sigma")
-    )
-    return GapSize(before_nT, before, after_nT, after, min(1.0, taken / excess) if with_gap else None)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence, Set
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,13 +12,13 @@ from calib.numerics.threads import one_thread
 from diagnosis.decision.choice import AcceptedEffect
 from diagnosis.decision.conclusion import Conclusion, conclude
 from diagnosis.decision.selection import residual_tests
-from diagnosis.decision.verdict_rules import doubts_of, verdict_of
+from diagnosis.decision.verdict_rules import judge
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.held_out import judge_settings
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.repair.named_effects import named_values
 from diagnosis.repair.new_model import patch_model
-from diagnosis.result import OF_VALUES, Diagnosis, EvidenceKind, Explanation, Transfer
+from diagnosis.result import EvidenceKind, Explanation, Transfer
 from diagnosis.several.coefficients import predicted_by_others
 from diagnosis.several.common_effects import (
     CommonEffect,
@@ -28,7 +28,7 @@ from diagnosis.several.common_effects import (
     with_common_rivals,
 )
 from diagnosis.several.pooled_effect import PooledEffect
-from diagnosis.several.result import SENSORS, PooledDiagnosis, RecordingGap, joint_gap, worst
+from diagnosis.several.result import SENSORS, PooledDiagnosis, worst
 from diagnosis.several.selection import PooledRecording, select_pooled
 from diagnosis.several.sentence import with_sentences
 from diagnosis.several.transfer import compare_sensors
@@ -65,13 +65,14 @@ def diagnose_together(
     effects, alone = select_pooled(recordings, say)
     say("the simulator with the new models")
     measured = [recording.problem for recording in recordings]
-    pooled = PooledVerdict.of(recordings, effects)
+    verdict, common, gaps = judge_pool(recordings, effects)
     each = tuple(diagnosis_of(recording.examination) for recording in recordings)
-    first = worst(each) if pooled.says_less_than(each) else None
-    verdict = pooled.verdict if first is None else each[first].verdict
     single = tuple(common_effect(effect, measured) for effect in alone)
-    new = patch_model(model, [effect.named for effect in pooled.common], measured[0])
-    found = PooledDiagnosis(tuple(names), each, verdict, pooled.common, single, pooled.gaps, new, first=first)
+    new = patch_model(model, [effect.named for effect in common], measured[0])
+    found = PooledDiagnosis(tuple(names), each, verdict, common, single, gaps, new)
+    if found.says_less_than_each:
+        first = worst(each)
+        found = replace(found, first=first, verdict=each[first].verdict)
     return with_sentences(found)
 
 
@@ -104,7 +105,7 @@ def diagnose_sensors(
         verdict=each[first].verdict,
         common=common,
         single=single,
-        gaps=tuple(map(RecordingGap.of, each)),
+        gaps=each,
         model=each[first].model,
         scope=SENSORS,
         first=first,
@@ -169,55 +170,20 @@ def check_apart(first: Recording, second: Recording, where: str) -> None:
         )
 
 
-@dataclass(frozen=True)
-class PooledVerdict:
-    """Verdict on all recordings together, the common effects, and the gap of each recording."""
-
-    verdict: Verdict
-    common: tuple[CommonEffect, ...]
-    gaps: tuple[RecordingGap, ...]
-
-    @classmethod
-    def of(cls, recordings: Sequence[PooledRecording], effects: Sequence[PooledEffect]) -> PooledVerdict:
-        """Reach a verdict on recordings with the pool's effects, changes of the iron, noise and direct evidence."""
-        explained = [_explained(recording, i, effects) for i, recording in enumerate(recordings)]
-        common, cases = _common_effects(recordings, effects, [conclusion for conclusion, _ in explained]), []
-        before, named = [recording.start.residual() for recording in recordings], tuple(one.named for one in common)
-        for recording, base, (conclusion, residual) in zip(recordings, before, explained, strict=True):
-            problem = recording.problem
-            whole, clean = problem.usable > 0, conclusion.clean
-            cases.append(Explanation.by(problem, named, (base, residual), whole, conclusion.after, clean=clean))
-        return cls.judge(common, cases)
-
-    @classmethod
-    def judge(cls, common: tuple[CommonEffect, ...], cases: Sequence[Explanation]) -> PooledVerdict:
-        """Reach a verdict on all cases as one; withdraw the effects where they explain too little or half doubt them.
-
-        Without common effects, slow noise does not count as clean.
-        """
-        clean = all(case.clean if common else case.after.clean for case in cases)
-        rise = next((case.rise for case in cases if case.rise), None)
-        gap = joint_gap([case.gap for case in cases])
-        verdict = verdict_of(replace(cases[0], clean=clean, gap=gap, where=(), rise=rise))
-        doubts = [doubts_of(case, verdict) for case in cases]
-        gaps = tuple(map(RecordingGap.of, cases, doubts))
-        if verdict is Verdict.UNKNOWN or 2 * sum(map(bool, doubts)) >= len(doubts):
-            direct = tuple(effect for effect in common if effect.named.kind is EvidenceKind.DIRECT)
-            return cls(Verdict.UNKNOWN, direct, tuple(gap.without_effects() for gap in gaps))
-        return cls(verdict, common, gaps)
-
-    def says_less_than(self, each: Sequence[Diagnosis]) -> bool:
-        """Whether the recordings alone say more than all together.
-
-        Nothing is common to all, and every recording alone has its answer or all together none; or only noise and steps
-        of the values are common, and a recording has an effect or iron of its own.
-        """
-        if self.verdict is Verdict.NONE:
-            return any(one.verdict is not Verdict.NONE for one in each)
-        if self.verdict.explained:
-            own_cause = any(cause.kind not in OF_VALUES for one in each for cause in one.named)
-            return own_cause and all(effect.named.kind in OF_VALUES for effect in self.common)
-        return self.verdict is Verdict.UNKNOWN and all(one.verdict.explained for one in each)
+def judge_pool(
+    recordings: Sequence[PooledRecording], effects: Sequence[PooledEffect]
+) -> tuple[Verdict, tuple[CommonEffect, ...], tuple[Explanation, ...]]:
+    """The verdict on all recordings together, their common effects, and what these explain of each recording."""
+    conclusions, left = zip(*(_explained(one, i, effects) for i, one in enumerate(recordings)), strict=True)
+    common = _common_effects(recordings, effects, conclusions)
+    named, cases = [one.named for one in common], []
+    for one, conclusion, residual in zip(recordings, conclusions, left, strict=True):
+        both, use = (one.start.residual(), residual), one.problem.usable > 0
+        cases.append(Explanation.by(one.problem, named, both, use, conclusion.after, clean=conclusion.clean))
+    verdict, judged = judge(cases)
+    if verdict is Verdict.UNKNOWN:
+        common = tuple(effect for effect in common if effect.named.kind is EvidenceKind.DIRECT)
+    return verdict, common, judged
 
 
 def _explained(recording: PooledRecording, i: int, effects: Sequence[PooledEffect]) -> tuple[Conclusion, Array]:

@@ -167,7 +167,7 @@ def _intervals(cause: NamedEffect, name: str) -> list[Any]:
 
 def _gap_rows(pooled: PooledDiagnosis) -> Iterator[Row]:
     for name, gap, own in zip(pooled.names, pooled.gaps, pooled.each, strict=True):
-        yield name, *gap_cells(gap.size), str(own.verdict)
+        yield name, *gap_cells(gap.gap), str(own.verdict)
     yield "all", *gap_cells(pooled.gap), str(pooled.verdict)
 
 

@@ -10,7 +10,7 @@ import pytest
 from diagnosis.evidence.localise import ChannelShare
 from diagnosis.policy import STANDARD
 from diagnosis.result import GapSize, Transfer
-from diagnosis.several.result import SENSORS, joint_gap
+from diagnosis.several.result import SENSORS
 from tests.diagnosis.several.told import ABSENT, GAP, HERE, OPEN, common, gap, own, pooled
 
 GAP_JSON = {
@@ -80,13 +80,13 @@ def test_only_what_no_recording_shows_cannot_be_seen() -> None:
 def test_the_gap_of_all_is_their_rms_and_what_is_explained_at_most_all() -> None:
     """Of the recordings with a gap alone."""
     other, none = GapSize(10.0, 5.0, 2.0, 1.0, 0.8), GapSize(2.0, 1.0, 6.0, 3.0, None)
-    whole = joint_gap([GAP, other])
+    whole = GapSize.joint([GAP, other])
     assert whole.before_nT == pytest.approx(np.sqrt((20.0**2 + 10.0**2) / 2))
     assert whole.after_sigma == pytest.approx(np.sqrt((3.0**2 + 1.0**2) / 2))
     assert whole.explained == pytest.approx((10.0**2 - 3.0**2 + 5.0**2 - 1.0**2) / (10.0**2 + 5.0**2 - 2))
-    assert joint_gap([replace(GAP, after_sigma=0.5)]).explained == 1.0
-    assert joint_gap([GAP, none]).explained == pytest.approx(GAP.explained)
-    assert joint_gap([none]).explained is None
+    assert GapSize.joint([replace(GAP, after_sigma=0.5)]).explained == 1.0
+    assert GapSize.joint([GAP, none]).explained == pytest.approx(GAP.explained)
+    assert GapSize.joint([none]).explained is None
 
 
 def test_a_channel_s_share_is_its_mean_over_all_recordings_the_largest_first() -> None:

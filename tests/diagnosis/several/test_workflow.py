@@ -75,8 +75,8 @@ def test_one_coefficient_in_all_is_transferred_and_pooled(iron: dict[str, Any]) 
     assert found.gap.explained == pytest.approx(1.0, abs=0.02)
     for gap in found.gaps:
         before_nT, after_nT = (np.sqrt(np.mean(residual**2)) for residual in (gap.before_nT, gap.after_nT))
-        assert before_nT == pytest.approx(gap.size.before_nT, rel=0.05)
-        assert after_nT == pytest.approx(gap.size.after_nT, rel=0.05) == pytest.approx(2.0, rel=0.1)
+        assert before_nT == pytest.approx(gap.gap.before_nT, rel=0.05)
+        assert after_nT == pytest.approx(gap.gap.after_nT, rel=0.05) == pytest.approx(2.0, rel=0.1)
 
 
 JUMP = {"offset_jump": {"time_s": 90.0, "step_nT": [12.0, -9.0, 6.0]}}

@@ -9,18 +9,18 @@ from typing import Any
 import numpy as np
 
 from diagnosis.policy import STANDARD
-from diagnosis.result import EvidenceKind, GapSize, NamedEffect, Transfer
+from diagnosis.result import EvidenceKind, Explanation, GapSize, NamedEffect, Transfer
 from diagnosis.several.coefficients import Agreement
 from diagnosis.several.common_effects import CommonEffect
 from diagnosis.several.pooled_effect import Presence
-from diagnosis.several.result import PooledDiagnosis, RecordingGap
+from diagnosis.several.result import PooledDiagnosis
 from diagnosis.verdict import Verdict
 from sim.effects.currents import MotorCurrent
 from sim.effects.iron import HardIron
 
 GAP = GapSize(20.0, 10.0, 6.0, 3.0, 91 / 99)
 NAMES = ("first", "second", "third")
-POSED = SimpleNamespace(compared="vector", policy=STANDARD)
+POSED: Any = SimpleNamespace(compared="vector", policy=STANDARD)
 AGREE = Agreement(np.zeros(3), np.eye(3), 1.5, 3, 0.7)
 HERE, ABSENT, OPEN = Presence.PRESENT, Presence.ABSENT, Presence.UNDECIDED
 
@@ -56,9 +56,11 @@ def own(verdict: Verdict = Verdict.NONE, effects: Sequence[dict[str, str]] = ({"
     return SimpleNamespace(verdict=verdict, sentence=f"it is {verdict}.", as_dict=lambda: table, **(about | said))
 
 
-def gap(size: GapSize = GAP, where: Sequence[Any] = (), left: tuple[str, ...] = ()) -> RecordingGap:
-    """The gap of one recording."""
-    return RecordingGap(size, tuple(where), left, np.zeros((1, 3)), np.zeros((1, 3)))
+def gap(size: GapSize = GAP, where: Sequence[Any] = (), left: tuple[str, ...] = ()) -> Explanation:
+    """What is explained of one recording."""
+    tests: Any = SimpleNamespace(why=left)
+    none = np.zeros((1, 3))
+    return Explanation(POSED, (), False, size, tuple(where), none, none, tests, None)
 
 
 def pooled(*effects: CommonEffect, each: Sequence[Any] = (), **said: Any) -> PooledDiagnosis:
