@@ -9,8 +9,7 @@ import numpy as np
 
 from calib.numerics.threads import one_thread
 from diagnosis.decision.advice import advice_for
-from diagnosis.decision.conclusion import Conclusion, conclude
-from diagnosis.decision.iron import absorbed_effects
+from diagnosis.decision.conclusion import Conclusion, absorbed_effects, conclude
 from diagnosis.decision.second_passes import select_in_every_way
 from diagnosis.decision.sentence import sentence_for
 from diagnosis.decision.verdict_rules import judge

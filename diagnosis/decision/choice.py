@@ -1,13 +1,17 @@
-"""Choice among candidates: the simplest of those that explain as much as the best, with its look-alikes."""
+"""Effects selected so far, and the choice among candidates: the simplest of those that explain as much as the best."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol, TypeVar
 
+from diagnosis.evidence.along_field import within_stated_errors
+from diagnosis.evidence.baseline import Baseline
+from diagnosis.evidence.candidate_result import CandidateResult
 from diagnosis.evidence.held_out import Evidence
+from diagnosis.evidence.residual_tests import ResidualTests, run_residual_tests
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
@@ -38,10 +42,66 @@ class AcceptedEffect:
         """Columns (n, q, k) of the effect."""
         return self.evidence.candidate.columns(problem)
 
+    def refitted(self, evidence: Evidence) -> AcceptedEffect:
+        """The effect with another fit; the nats stay those by which it was accepted."""
+        return replace(self, evidence=replace(evidence, gain=self.evidence.gain, V=self.evidence.V))
+
     def listing(self, *names: str) -> AcceptedEffect:
         """The effect with further look-alikes."""
         others = dict.fromkeys((*self.alternatives, *names))
         return replace(self, alternatives=tuple(name for name in others if name != self.name))
+
+
+@dataclass(frozen=True)
+class Selection:
+    """Result of the selection: accepted effects in order, baselines and residual tests before and after.
+
+    without: names left out of the library. results: every candidate of the first round, the strongest first.
+    """
+
+    accepted: tuple[AcceptedEffect, ...]
+    start: Baseline
+    end: Baseline
+    before: ResidualTests
+    after: ResidualTests
+    results: tuple[CandidateResult, ...]
+    without: frozenset[str]
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the accepted effects."""
+        return [effect.name for effect in self.accepted]
+
+    def tests(self, baseline: Baseline, *further: str) -> ResidualTests:
+        """Tests of the residual of a baseline with the accepted effects and further ones, by name."""
+        return residual_tests(baseline, [*self.names, *further])
+
+    def is_clean(self, baseline: Baseline, *further: str) -> bool:
+        """Whether the residual of a baseline with the accepted effects and further ones, by name, is white."""
+        return self.tests(baseline, *further).clean
+
+    def beside(self, end: Baseline, *further: str) -> Selection:
+        """The selection beside another baseline, which holds the columns of further effects, by name."""
+        return replace(self, end=end, after=self.tests(end, *further))
+
+
+def baseline_with(accepted: Iterable[AcceptedEffect], start: Baseline) -> Baseline:
+    """The baseline with effects; large for a long recording, hence kept no longer than needed."""
+    return start.with_all(effect.columns(start.problem) for effect in accepted)
+
+
+def residual_tests(baseline: Baseline, names: Sequence[str]) -> ResidualTests:
+    """Test the residual of a baseline with effects of these names; slow errors stated by the model pass.
+
+    After a low-pass or a delay the noise is correlated over some samples.
+    """
+    problem, residual = baseline.problem, baseline.residual()
+    fitted = problem.fitted + baseline.sums.width
+    filtered = any(BY_NAME[name].traits.correlates_noise for name in names)
+    samples = problem.policy.filter_memory if filtered else 1
+    usable, time_s, tails = problem.usable, problem.state.time_s, not problem.wrong_values
+    tests = run_residual_tests(residual, usable, time_s, fitted, problem.policy, samples, tails=tails)
+    return tests if tests.clean or not within_stated_errors(problem, residual) else replace(tests, why=())
 
 
 def accept_best(ranking: Sequence[Evidence], policy: Policy, *, clean: bool = True) -> AcceptedEffect | None:

@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from diagnosis.decision.choice import AcceptedEffect, accept_simplest, is_as_good
+from diagnosis.decision.choice import AcceptedEffect, Selection, accept_simplest, is_as_good
 from diagnosis.evidence.along_field import explains_along_field, gain_along_field, share_along_field
-from diagnosis.evidence.baseline import Baseline, IsClean, added_share
+from diagnosis.evidence.baseline import Baseline, added_share
 from diagnosis.evidence.candidate_result import TOO_LITTLE, CandidateResult
 from diagnosis.evidence.candidate_test import CandidateFit, ColouredBaseline, screen
 from diagnosis.evidence.held_out import Evidence
@@ -38,53 +38,41 @@ TURNS = {
 ATTITUDE_REFUSALS = (NO_GAIN_ALONG_FIELD, ATTITUDE_WANDER)
 REVISABLE_REFUSALS = (*ATTITUDE_REFUSALS, LOSS_ALONG_FIELD, SIZE_DIFFERS)
 """Refusals that the residual of a second effect may have caused."""
-FindNext = Callable[[Baseline, Evidence], AcceptedEffect | None]
-"""(baseline with an effect fitted, evidence of the effect) -> the next accepted effect."""
-Round = tuple[AcceptedEffect | None, list[CandidateResult]]
-"""The chosen effect of a round, if any, and every candidate's result, with the reason for a refusal."""
+FindNext = Callable[[Baseline, str], AcceptedEffect | None]
+"""(baseline with an effect fitted, name of the effect) -> the next accepted effect."""
 
 
 def choose_coloured(
-    baseline: Baseline,
-    ranking: Sequence[Evidence],
-    start: Baseline,
-    is_clean: IsClean,
-    windowed: Sequence[Evidence] = (),
-    fuller: Sequence[Evidence] = (),
-    find_next: FindNext | None = None,
-) -> Round:
-    """Choose the candidate that beats a coloured noise model.
+    test: CandidateTest, candidates: Sequence[Evidence], windowed: Sequence[Evidence] = ()
+) -> tuple[AcceptedEffect | None, list[CandidateResult]]:
+    """Choose the candidate that beats a coloured noise model; with every candidate's result.
 
-    A single noise model for all candidates would absorb an effect, or take one for granted. start : the baseline
-    without effects, whose gap defines shares. windowed : candidates acting in a part of the run. fuller : candidates
-    with a form from the start, each replacing the plain one where it gains more. find_next : finds a second effect next
-    to a refused one.
+    A single noise model for all candidates would absorb an effect, or take one for granted. candidates : of one name, a
+    later one replaces an earlier one where it gains more. windowed : candidates acting in a part of the run.
     """
-    beside = ColouredBaseline.of(baseline.problem, baseline.accepted_columns)
-    fits, screened = screen([*ranking, *fuller], beside, baseline, start)
-    fits = [*_stronger_in_window(windowed, fits, beside, baseline), *fits]
-    trials = _run_trials(CandidateTest(baseline, beside, start, is_clean, find_next), fits)
+    fits, screened = screen(candidates, test.beside, test.baseline, test.selection.start)
+    fits = [*_stronger_in_window(windowed, fits, test), *fits]
+    trials = _run_trials(test, fits)
     chosen, inflation = None, trials[-1].inflation if trials else 1.0
     results = [trial.result for trial in trials]
     if trials and not trials[-1].refusal:
         # candidates that were not tested have the inflation and the need of the accepted one
         untested = [replace(trials[-1], fit=fit) for fit in fits[len(trials) :]]
         results += [trial.result for trial in untested]
-        chosen = _accepted_effect(trials[-1], untested, beside)
+        chosen = _accepted_effect(trials[-1], untested, test.beside)
         if trials[-1].attitude_suffices:  # attitude errors are look-alikes
-            chosen = chosen.listing(*(evidence.name for evidence in (*ranking, *fuller) if evidence.name in TURNS))
-    needed = baseline.problem.policy.coloured_nats
-    results += [CandidateResult(evidence, nats / inflation, needed, "") for evidence, nats in screened]
-    return chosen, results
+            chosen = chosen.listing(*(evidence.name for evidence in candidates if evidence.name in TURNS))
+    needed = test.beside.rows.policy.coloured_nats
+    return chosen, [*results, *(CandidateResult(one, nats / inflation, needed, "") for one, nats in screened)]
 
 
 def _stronger_in_window(
-    windowed: Sequence[Evidence], tried: Sequence[CandidateFit], beside: ColouredBaseline, baseline: Baseline
+    windowed: Sequence[Evidence], tried: Sequence[CandidateFit], test: CandidateTest
 ) -> list[CandidateFit]:
     """Candidates in a window that gain far more than any candidate over the whole run, the strongest first."""
-    policy, always = baseline.problem.policy, max((fit.gain for fit in tried), default=0.0)
-    columns = (beside.rows.bin(evidence.candidate.columns(baseline.problem)) for evidence in windowed)
-    fits = map(beside.fit_candidate, windowed, columns)
+    problem, policy, always = test.problem, test.problem.policy, max((fit.gain for fit in tried), default=0.0)
+    columns = (test.beside.rows.bin(evidence.candidate.columns(problem)) for evidence in windowed)
+    fits = map(test.beside.fit_candidate, windowed, columns)
     stronger = [fit for fit in fits if fit.gain > max(always / policy.window_share, always + policy.coloured_nats)]
     return sorted(stronger, key=lambda fit: -fit.gain)
 
@@ -129,37 +117,52 @@ class CandidateTrial:
 
 @dataclass(frozen=True)
 class CandidateTest:
-    """The test that a round's candidates must pass: the baselines and the criteria of a clean residual."""
+    """The test that a round's candidates must pass beside the effects selected so far.
 
-    baseline: Baseline
-    coloured_baseline: ColouredBaseline
-    start: Baseline
-    is_clean: IsClean
+    find_next : finds a second effect next to a refused one.
+    """
+
+    selection: Selection
     find_next: FindNext | None = None
+
+    @property
+    def problem(self) -> LinearProblem:
+        """The recording compared with the model."""
+        return self.baseline.problem
+
+    @property
+    def baseline(self) -> Baseline:
+        """The baseline with the effects selected so far."""
+        return self.selection.end
+
+    @cached_property
+    def beside(self) -> ColouredBaseline:
+        """The baseline with a coloured noise model."""
+        return ColouredBaseline.of(self.problem, self.baseline.accepted_columns)
 
     @cached_property
     def wander(self) -> ColouredBaseline | None:
         """The coloured baseline with a wandering attitude added."""
-        return with_attitude_wander(self.coloured_baseline, self.baseline.problem)
+        return with_attitude_wander(self.beside, self.problem)
 
     def of(self, fit: CandidateFit) -> CandidateTrial:
         """Test one candidate: the first reason of any explanation without a name refuses it."""
-        problem, policy, candidate = self.baseline.problem, self.baseline.problem.policy, fit.evidence.candidate
+        problem, policy, candidate = self.problem, self.problem.policy, fit.evidence.candidate
         after = self.baseline.with_columns(candidate.columns(problem))
-        coloured = not self.is_clean(after, fit.evidence.name)
+        coloured = not self.selection.is_clean(after, candidate.name)
         needed = policy.coloured_nats if coloured else policy.accepted(len(EFFECTS))
-        inflation, by_chance = beyond_chance(fit, self.coloured_baseline, problem, needed)
+        inflation, by_chance = beyond_chance(fit, self.beside, problem, needed)
         reasons = itertools.chain(
             self._refusal_in_colour(fit.evidence, after) if coloured else (),
             self._refusal_along_the_field(fit, after, coloured),
-            winning_rivals(fit, self.baseline, self.coloured_baseline, coloured=coloured),
+            winning_rivals(fit, self.baseline, self.beside, coloured=coloured),
             self._refusal_by_wander(fit, after) if coloured else (),
         )
         refusal = by_chance or next(reasons, "")
         # a field that does nothing along the field may be a smooth attitude error
         may_be_attitude = candidate.effect.traits.field_source and not (refusal or coloured)
         across = may_be_attitude and not explains_along_field(self.baseline, after, candidate.tried)
-        suffices = across and attitude_suffices(fit, self.baseline, self.coloured_baseline)
+        suffices = across and attitude_suffices(fit, self.baseline, self.beside)
         return CandidateTrial(fit, inflation, coloured, needed, refusal, suffices)
 
     def is_accepted_with_another(self, fit: CandidateFit, refusal: str) -> bool:
@@ -168,31 +171,30 @@ class CandidateTest:
         Of two effects the larger may be refused for the residual of the smaller: alone neither is accepted, together
         both are. Two effects on the field may both be pieces of an attitude error and do not support each other.
         """
-        problem, first, second = self.baseline.problem, fit.evidence.candidate, None
+        first, second = fit.evidence.candidate, None
         if self.find_next is not None:
-            second = self.find_next(self.baseline.with_columns(first.columns(problem)), fit.evidence)
+            second = self.find_next(self.baseline.with_columns(first.columns(self.problem)), first.name)
         if second is None or second.name == first.name:
             return False
         stages = {first.effect.stage, second.evidence.candidate.effect.stage}
         if refusal in ATTITUDE_REFUSALS and stages == {"field"}:
             return False
-        baseline = self.baseline.with_columns(second.columns(problem))
-        beside = ColouredBaseline.of(problem, baseline.accepted_columns)
-        test = CandidateTest(baseline, beside, self.start, self.is_clean)
-        return not test.of(beside.fit_candidate(fit.evidence, fit.columns)).refusal
+        baseline = self.baseline.with_columns(second.columns(self.problem))
+        test = CandidateTest(replace(self.selection, end=baseline))
+        return not test.of(test.beside.fit_candidate(fit.evidence, fit.columns)).refusal
 
     def _refusal_in_colour(self, evidence: Evidence, after: Baseline) -> Iterator[str]:
         """Low survival, by which a candidate imitates attitude errors, and a small share of the gap."""
-        problem = self.baseline.problem
-        turns = problem.turns and not {"attitude", "rate"}.isdisjoint(evidence.candidate.effect.needs)
-        if turns and evidence.survival < problem.policy.hardly_any:
+        policy, needs = self.problem.policy, evidence.candidate.effect.needs
+        turns = self.problem.turns and not {"attitude", "rate"}.isdisjoint(needs)
+        if turns and evidence.survival < policy.hardly_any:
             yield NOT_SHOWN_BY_MOTION
-        if added_share(self.start, self.baseline, after.squares) < problem.policy.trace:
+        if added_share(self.selection.start, self.baseline, after.squares) < policy.trace:
             yield SMALL_SHARE_ADDED
 
     def _refusal_along_the_field(self, fit: CandidateFit, after: Baseline, coloured: bool) -> Iterator[str]:
         """An error of the attitude: no gain along the field in a coloured residual, or a loss there in any."""
-        problem, candidate = self.baseline.problem, fit.evidence.candidate
+        problem, candidate = self.problem, fit.evidence.candidate
         source = candidate.effect.traits.field_source
         if problem.compares_across and (coloured or source):
             may_be_attitude = source or problem.level is not None  # errors of roll and pitch may explain all of the dip
@@ -203,8 +205,8 @@ class CandidateTest:
 
     def _refusal_by_wander(self, fit: CandidateFit, after: Baseline) -> Iterator[str]:
         """A part of an attitude error; a source explaining enough along the field, where no wander is, is exempt."""
-        policy, needed = after.problem.policy, after.problem.policy.coloured_nats
-        source = fit.evidence.candidate.effect.traits.field_source and after.problem.compares_across
+        policy, needed = self.problem.policy, self.problem.policy.coloured_nats
+        source = fit.evidence.candidate.effect.traits.field_source and self.problem.compares_across
         enough = source and share_along_field(self.baseline, after) > policy.along_share
         exempt = enough and gain_along_field(self.baseline, after) > needed
         if not exempt and wander_wins(fit, self.wander, needed):

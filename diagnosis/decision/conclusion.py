@@ -1,86 +1,91 @@
-"""Conclusions from a selection, after revisions: effects, changes of the iron, slow noise."""
+"""Conclusions from a selection, after revisions: effects, changes of the iron against the model, slow noise."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
-from diagnosis.decision.choice import AcceptedEffect
-from diagnosis.decision.iron import iron_changes
-from diagnosis.decision.selection import Selection
+from diagnosis.decision.choice import AcceptedEffect, Selection, accept_best
 from diagnosis.evidence.along_field import states_slow_noise
+from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.candidate_test import ColouredBaseline
+from diagnosis.evidence.held_out import Evidence, rank_candidates
 from diagnosis.evidence.noise_model import NoiseModel
 from diagnosis.evidence.residual_tests import ResidualTests
 from diagnosis.evidence.slow_noise import SlowNoise, find_slow_noise
-from sim.effects import BY_NAME
+from diagnosis.library.candidates import Candidate, iron_candidates, propose_candidates
+from diagnosis.problem.blocks import Cut
+from diagnosis.problem.linear import LinearProblem
+from scenarios.arrays import Array
+from sim.effects import BY_NAME, EFFECTS
+from sim.state import MOTION
+from validation.signals.amplitude import rms
 
 
 @dataclass(frozen=True)
 class Conclusion:
-    """Accepted effects, changes of the iron and slow noise.
+    """A selection, its effects with the main cause first, and changes of the iron and slow noise beside these.
 
     conventional: changes of the iron that restate an effect's reference and are no findings.
     """
 
     selection: Selection
-    accepted: tuple[AcceptedEffect, ...]
     iron: tuple[AcceptedEffect, ...] = ()
     conventional: tuple[AcceptedEffect, ...] = ()
     noise: SlowNoise | None = None
+
+    @property
+    def accepted(self) -> tuple[AcceptedEffect, ...]:
+        """Accepted effects, the main cause first."""
+        return self.selection.accepted
+
+    @property
+    def after(self) -> ResidualTests:
+        """Tests of the residual of the accepted effects."""
+        return self.selection.after
 
     @property
     def clean(self) -> bool:
         """Whether the residual is white, or explained by slow noise."""
         return self.after.clean or self.noise is not None
 
-    @property
-    def after(self) -> ResidualTests:
-        """Tests of the residual of the accepted effects."""
-        selection = self.selection
-        return selection.after if self.accepted or not selection.accepted else selection.before
-
     @cached_property
     def coloured_noise(self) -> NoiseModel | None:
         """The noise model of a sample beside the accepted effects, if a coloured residual is left; vector mode only."""
-        selection, problem = self.selection, self.selection.end.problem
-        if problem.mode != "vector" or selection.after.clean or not self.accepted:
+        end = self.selection.end
+        if end.problem.mode != "vector" or self.after.clean or not self.accepted:
             return None
-        found = ColouredBaseline.of(problem, selection.end.accepted_columns)
+        found = ColouredBaseline.of(end.problem, end.accepted_columns)
         samples, noise = float(np.median(found.rows.count)), found.hypothesis.noise_model
         return replace(noise, slow=noise.slow / samples)  # a row sums so many samples, over the root of their number
 
 
 def conclude(selection: Selection) -> Conclusion:
-    """The conclusion from a selection: effects, the main cause first, slow noise and changes of the iron beside them.
-
-    The iron is asked for only where the model knows it.
-    """
-    problem, effects = selection.end.problem, selection.accepted
-    main_first = tuple(sorted(effects, key=lambda effect: (effect.form_of is not None, -effect.evidence.strength)))
-    noise = slow_noise(selection, main_first)
+    """The conclusion from a selection; the iron is asked for only where the model knows it."""
+    order = sorted(selection.accepted, key=lambda effect: (effect.form_of is not None, -effect.evidence.strength))
+    main_first, problem = replace(selection, accepted=tuple(order)), selection.end.problem
+    noise = slow_noise(main_first)
     iron, conventional = iron_changes(selection) if problem.iron_known else ((), ())
     if noise is not None or states_slow_noise(problem):
         iron = beyond_wander(iron, selection)
-    return Conclusion(selection, main_first, iron, conventional, noise)
+    return Conclusion(main_first, iron, conventional, noise)
 
 
-def slow_noise(selection: Selection, accepted: Sequence[AcceptedEffect]) -> SlowNoise | None:
+def slow_noise(selection: Selection) -> SlowNoise | None:
     """Slow noise in the residual as a cause; beside effects only if identified, and no form error of the first.
 
     With the largest number of effects accepted, a coloured residual may hold a further effect that was never tried.
     """
-    problem = selection.end.problem
+    problem, accepted = selection.end.problem, selection.accepted
     if selection.after.clean or len(accepted) == problem.policy.most_effects:
         return None
     noise = find_slow_noise(problem, selection.end.residual())
-    if noise is None or not noise.fits:
-        return None
-    form = accepted and (not noise.identified or is_form_error(selection, accepted[0]))
-    return None if form else noise
+    form = noise and accepted and (not noise.identified or is_form_error(selection, accepted[0]))
+    return noise if noise and noise.fits and not form else None
 
 
 def is_form_error(selection: Selection, first: AcceptedEffect) -> bool:
@@ -104,3 +109,144 @@ def beyond_wander(iron: Sequence[AcceptedEffect], selection: Selection) -> tuple
         return any(BY_NAME[name].traits.constant for name in (change.name, *change.alternatives))
 
     return tuple(change for change in iron if change.evidence.strength > most or not may_be_constant(change))
+
+
+class IronChanges(NamedTuple):
+    """Changes of the iron: findings, and mere changes of an effect's reference (a temperature, an origin)."""
+
+    changes: tuple[AcceptedEffect, ...] = ()
+    conventional: tuple[AcceptedEffect, ...] = ()
+
+
+def iron_changes(selection: Selection) -> IronChanges:
+    """Find iron, offset, scale, axes and rotation that differ from the given model; vector mode only."""
+    problem, policy = selection.end.problem, selection.end.problem.policy
+    if problem.mode != "vector":
+        return IronChanges()
+    baseline = _baseline_without_iron(selection)
+    whole = _find_changes(selection, baseline)
+    columns = [_reference_columns(effect.evidence, problem) for effect in selection.accepted]
+    conventions = np.concatenate([np.zeros((*problem.target.shape, 0)), *columns], axis=2)
+    if not conventions.shape[2] or not whole:
+        return IronChanges(whole)
+    findings = list[AcceptedEffect]()
+    for change in _find_changes(selection, baseline.with_columns(conventions)):
+        # constants are compared with constants, matrices with matrices: an error of the slopes leaves a little
+        alike = (one.evidence.gain for one in whole if _is_constant(one) == _is_constant(change))
+        findings += [change] if change.evidence.gain >= policy.little**2 * sum(alike) else []
+    names = {change.name for change in findings}
+    return IronChanges(tuple(findings), tuple(change for change in whole if change.name not in names))
+
+
+def _is_constant(change: AcceptedEffect) -> bool:
+    return change.evidence.candidate.effect.traits.constant
+
+
+def _reference_columns(evidence: Evidence, problem: LinearProblem) -> Array:
+    """Columns (n, q, k) of the change that another reference of a fitted effect would make; k = 0 without one."""
+    effect = evidence.candidate.to_effect(evidence.coefficients)
+    return problem.whitened(effect.convention_columns(problem.state, problem.clean_nT), type(effect))
+
+
+def _find_changes(selection: Selection, bare: Baseline) -> tuple[AcceptedEffect, ...]:
+    """Find changes of the iron on a baseline; alternatives include effects that resemble one on the recorded motion.
+
+    In a coloured residual only those that beat coloured noise, each fitted next to the rest: slow noise on a slow
+    motion resembles iron, and the residual of a second change resembles slow noise.
+    """
+    problem, policy, clean = selection.end.problem, selection.end.problem.policy, selection.after.clean
+    others, baseline, changes = _candidates_without_search(problem, selection.without), bare, list[AcceptedEffect]()
+    while len(changes) < policy.most_effects:
+        ranking = rank_candidates(baseline, iron_candidates())
+        chosen = accept_best(ranking, policy, clean=clean)
+        if chosen is None or _is_negligible(chosen, changes, selection):
+            break
+        best, least = ranking[0], (1 - policy.same_iron) * ranking[0].gain  # terms of second order in both
+        near = (one for one in rank_candidates(baseline, others) if one.gain > least or not one.is_behind(best, policy))
+        changes.append(chosen.listing(*(one.name for one in near if not _is_conventional(one, problem))))
+        baseline = baseline.with_columns(chosen.columns(problem))
+    return tuple(change for change in changes if clean or _beats_coloured_noise(change, changes, bare))
+
+
+def _beats_coloured_noise(change: AcceptedEffect, changes: Sequence[AcceptedEffect], bare: Baseline) -> bool:
+    """Whether a change of the iron next to the other changes beats coloured noise."""
+    columns = [another.columns(bare.problem) for another in changes if another is not change]
+    beside = ColouredBaseline.of(bare.problem, (*bare.accepted_columns, *columns))
+    fit = beside.fit_candidate(change.evidence, beside.rows.bin(change.columns(bare.problem)))
+    return fit.gain > bare.problem.policy.coloured_nats
+
+
+def _is_conventional(rival: Evidence, problem: LinearProblem) -> bool:
+    """Whether nearly all of an effect's contribution lies in its reference: the effect is then iron.
+
+    Examples are a drift that settles at once, and a hysteresis loop wider than the field. A recorded channel that
+    hardly changes may still be the reason why the iron differs.
+    """
+    if not MOTION.issuperset(rival.candidate.effect.needs):
+        return False
+    added = (rival.candidate.columns(problem) @ rival.coefficients).ravel()
+    A = _reference_columns(rival, problem).reshape(len(added), -1)
+    residual = added - A @ np.linalg.lstsq(A, added, rcond=None)[0]
+    return bool(np.linalg.norm(residual) < problem.policy.little * np.linalg.norm(added))
+
+
+def absorbed_effects(problem: LinearProblem) -> tuple[str, ...]:
+    """Effects with recorded channels whose columns the base absorbs nearly whole on the motion; vector mode only."""
+    several = _candidates_without_search(problem).items() if problem.mode == "vector" else ()
+    return tuple(name for name, (first, *_) in several if survival(problem, first) < problem.policy.little)
+
+
+def survival(problem: LinearProblem, candidate: Candidate) -> float:
+    """``rho = |(I - P_base) E| / |E|`` of a candidate's columns, as means over a second: rates are noisy."""
+    columns = candidate.columns(problem)
+    length = max(1, round(problem.policy.survival_mean_s / problem.state.interval_s))
+    cut = Cut(length, len(columns) // length)
+    E, B = cut.means(columns), cut.means(problem.base)
+    Q = np.linalg.qr(B / np.linalg.norm(B, axis=0))[0]
+    remaining = E - np.einsum("np,pqk->nqk", Q, np.einsum("np,nqk->pqk", Q, E))
+    size = float(np.linalg.norm(E))
+    return float(np.linalg.norm(remaining)) / size if size > 0 else 0.0
+
+
+def _baseline_without_iron(selection: Selection) -> Baseline:
+    """The baseline of measured minus the given model, with no fitted base, with all accepted effects.
+
+    For an effect with an origin a constant of the earth's frame is added: the origin was found with fitted iron.
+    """
+    problem = selection.end.problem
+    target: Array = (problem.recording.mag_nT - problem.predicted_nT) / problem.sigma_nT * problem.usable[:, None]
+    bare = replace(problem, base=np.zeros((len(target), 1)), target=target)
+    constant = [
+        problem.whitened(problem.state.R_wb.transpose(0, 2, 1), effect.evidence.candidate.effect)
+        for effect in selection.accepted
+        if effect.evidence.candidate.effect.with_role("origin")
+    ]
+    return Baseline.of(bare, (*selection.end.accepted_columns, *constant[:1]))
+
+
+def _candidates_without_search(
+    problem: LinearProblem, without: frozenset[str] = frozenset()
+) -> dict[str, list[Candidate]]:
+    """Candidates without a search; a linear field is taken at its given origin."""
+    several = propose_candidates(problem, without).items()
+    return {name: many for name, many in several if many[0].effect.search_role() in (None, "origin")}
+
+
+def _is_negligible(chosen: AcceptedEffect, changes: Sequence[AcceptedEffect], selection: Selection) -> bool:
+    """Whether a change is a form error of accepted effects, within the stated attitude error, or negligible.
+
+    Effects count without fitted iron, but for those whose reference is part of the iron: a sensor at 10 degrees has a
+    large part of ``k (T - 20)`` in its iron. Within the iron only rotations have a form error; all else is linear. An
+    event outside the training data leaves chance evidence on held-out data.
+    """
+    problem, policy, change = selection.end.problem, selection.end.problem.policy, chosen.evidence
+    effects = [effect.evidence for effect in selection.accepted]
+    larger = [each.gain if _reference_columns(each, problem).shape[2] else each.raw_gain for each in effects]
+    larger += [before.evidence.gain for before in changes[:1] if before.evidence.candidate.effect.tangents]
+    share = policy.form_share if selection.after.clean else policy.same_form_share
+    turned_nT = policy.somewhat_larger * problem.attitude_std_rad * float(np.linalg.norm(problem.state.field_enu_nT))
+    return (
+        change.raw_gain < policy.accepted(len(EFFECTS))
+        or change.gain < share**2 * max(larger, default=0.0)
+        or change.strength < turned_nT / rms(problem.sigma_nT)
+    )

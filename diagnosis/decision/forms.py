@@ -4,54 +4,42 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from scipy.optimize import minimize
 
-from diagnosis.decision.choice import AcceptedEffect
+from diagnosis.decision.choice import AcceptedEffect, Selection, baseline_with
 from diagnosis.decision.monotone_courses import monotone_channels
 from diagnosis.evidence.baseline import Baseline, IsClean, nats_on_all
 from diagnosis.evidence.held_out import Evidence, judge_settings, misfit, refine_listed
-from diagnosis.evidence.residual_tests import ResidualTests
 from diagnosis.library.candidates import Candidate
 from diagnosis.problem.blocks import fit, inflation
 from diagnosis.problem.linear import LinearProblem
 from scenarios.arrays import Array
 from sim.effects import EFFECTS
 
-ResidualTester = Callable[[Baseline], ResidualTests]
-"""(baseline with effects) -> tests of its residual."""
 
+def complete_forms(selection: Selection) -> Selection:
+    """Add fuller forms, those of the last effect first, until the residual is clean.
 
-def complete_forms(
-    accepted: Sequence[AcceptedEffect], start: Baseline, tests: ResidualTester
-) -> tuple[list[AcceptedEffect], Baseline, ResidualTests]:
-    """Add fuller forms, those of the last effect first, until the residual is clean; return effects, baseline, tests.
-
-    start : the baseline without effects. A form is no cause of its own, and is tried only where the residual is not
-    clean. A form accepted earlier in place of a later effect is dropped again.
+    A form is no cause of its own, and is tried only where the residual is not clean. A form accepted earlier in place
+    of a later effect is dropped again.
     """
-    out = _drop_unsupported_forms(accepted, start)
-    clean = tests(_baseline_with(out, start)).clean
+    start, out = selection.start, _drop_unsupported_forms(selection.accepted, selection.start)
+    clean = selection.is_clean(baseline_with(out, start))
     for i in reversed(range(len(out) if not clean else 0)):
-        others = _baseline_with((*out[:i], *out[i + 1 :]), start)
+        others = baseline_with((*out[:i], *out[i + 1 :]), start)
         while not clean and (fuller := _best_form(others, out[i].evidence)) is not None:
-            out[i] = replace(out[i], evidence=fuller)
-            clean = tests(others.with_columns(out[i].columns(start.problem))).clean
+            out[i] = out[i].refitted(fuller)
+            clean = selection.is_clean(others.with_columns(out[i].columns(start.problem)))
     for effects in (_drop_unsupported_forms(out, start), out) if clean else (out,):
-        baseline = _baseline_with(effects, start)
-        after = tests(baseline)
-        if after.clean:
+        done = replace(selection, accepted=tuple(effects)).beside(baseline_with(effects, start))
+        if done.after.clean:
             break
-    return effects, baseline, after
-
-
-def _baseline_with(accepted: Iterable[AcceptedEffect], start: Baseline) -> Baseline:
-    """The baseline with effects; large for a long recording, hence kept no longer than needed."""
-    return start.with_all(effect.columns(start.problem) for effect in accepted)
+    return done
 
 
 def _drop_unsupported_forms(accepted: Sequence[AcceptedEffect], start: Baseline) -> list[AcceptedEffect]:
@@ -59,16 +47,20 @@ def _drop_unsupported_forms(accepted: Sequence[AcceptedEffect], start: Baseline)
 
     A second copy of an effect, accepted next to a form, replaces the first once the form is gone.
     """
-    out, problem = list(accepted), start.problem
+    out, needed = list(accepted), start.problem.policy.accepted(len(EFFECTS))
     for i, effect in enumerate(accepted):
         forms = effect.evidence.candidate.forms
-        others = _baseline_with((*out[:i], *out[i + 1 :]) if forms else (), start)
+        others = baseline_with((*out[:i], *out[i + 1 :]) if forms else (), start)
         for form in reversed(forms):
-            whole = judge_settings(others, [out[i].evidence.candidate])
-            plainer = judge_settings(others, [_without_form(out[i].evidence.candidate, form)])
-            if plainer is not None and (whole is None or not _is_supported(whole, plainer, problem)):
-                out[i] = replace(out[i], evidence=replace(plainer, gain=effect.evidence.gain, V=effect.evidence.V))
+            candidate = out[i].evidence.candidate
+            whole, plainer = (judge_settings(others, [one]) for one in (candidate, _without_form(candidate, form)))
+            if plainer is not None and (whole is None or _form_nats(whole, plainer) <= needed):
+                out[i] = out[i].refitted(plainer)
     return list({_key(effect.evidence.candidate): effect for effect in reversed(out)}.values())[::-1]
+
+
+def _key(candidate: Candidate) -> tuple[object, ...]:
+    return candidate.effect, candidate.forms, repr(sorted(candidate.nonlinear))
 
 
 def _without_form(candidate: Candidate, form: str) -> Candidate:
@@ -76,15 +68,6 @@ def _without_form(candidate: Candidate, form: str) -> Candidate:
     own = {p.name for p in candidate.effect.forms[form]}
     kept = tuple(each for each in candidate.nonlinear if each[0] not in own)
     return replace(candidate, forms=tuple(each for each in candidate.forms if each != form), nonlinear=kept)
-
-
-def _key(candidate: Candidate) -> tuple[object, ...]:
-    return candidate.effect, candidate.forms, repr(sorted(candidate.nonlinear))
-
-
-def _is_supported(fuller: Evidence, plainer: Evidence, problem: LinearProblem) -> bool:
-    """Whether a form gains the nats needed for acceptance."""
-    return _form_nats(fuller, plainer) > problem.policy.accepted(len(EFFECTS))
 
 
 def _form_nats(fuller: Evidence, plainer: Evidence) -> float:
@@ -98,46 +81,43 @@ def _form_nats(fuller: Evidence, plainer: Evidence) -> float:
 
 
 def _best_form(others: Baseline, evidence: Evidence) -> Evidence | None:
-    """The effect with the form of largest gain on held-out data; None if no form is supported.
-
-    The nats stay those by which the effect was accepted.
-    """
+    """The effect with the form of largest gain on held-out data; None if no form is supported."""
     before, candidate = judge_settings(others, [evidence.candidate]), evidence.candidate
     unused = (form for form in candidate.effect.forms if form not in candidate.forms)
     tried = (judge_settings(others, list(_form_settings(candidate, form, others.problem))) for form in unused)
-    fitted = [fuller for fuller in tried if fuller is not None]
-    if before is None or not fitted:
+    fitted = [(_form_nats(fuller, before), fuller) for fuller in tried if fuller is not None and before is not None]
+    nats, best = max(fitted, key=lambda each: each[0], default=(0.0, evidence))
+    if before is None or nats <= others.problem.policy.accepted(len(EFFECTS)):
         return None
-    best = max(fitted, key=lambda fuller: _form_nats(fuller, before))
-    if not _is_supported(best, before, others.problem):
-        return None
-    finer = judge_settings(others, [_refined_settings(others, best.candidate)]) or best
-    best = max(best, finer, key=lambda fuller: _form_nats(fuller, before))
-    return replace(best, gain=evidence.gain, V=evidence.V)
+    finer = judge_settings(others, [_refined_settings(others, best.candidate)])
+    return finer if finer is not None and _form_nats(finer, before) > nats else best
 
 
 def _form_settings(candidate: Candidate, form: str, problem: LinearProblem) -> Iterator[Candidate]:
-    """The candidate with a fuller form, at every listed value of the form and at every sweep."""
+    """The candidate with a fuller form, at every listed value of the form and at every sweep.
+
+    A curve is counted from the middle of its course.
+    """
     of_form = candidate.effect.forms[form]
-    grid: dict[str, tuple[Any, ...]] = {p.name: p.quantity.tried for p in of_form if p.role == "listed"}
-    fuller = replace(candidate, forms=(*candidate.forms, form)).at(candidate.effect.central_reference(problem.state))
-    for values in itertools.product(*grid.values()):
-        yield from _swept(fuller.at(dict(zip(grid, values, strict=True))), form, problem)
-
-
-def _swept(candidate: Candidate, form: str, problem: LinearProblem) -> Iterator[Candidate]:
-    """A candidate at every sweep of its frequency about the frequency in the middle; unchanged if it has no sweep."""
-    sweeps = [p for p in candidate.effect.forms[form] if p.role == "sweep"]
+    grid: list[list[dict[str, Any]]] = [
+        [{p.name: value} for value in p.quantity.tried] for p in of_form if p.role == "listed"
+    ]
     frequency = candidate.effect.with_role("frequency")
-    if not sweeps or frequency is None:
-        yield candidate
-        return
+    if frequency is not None:
+        grid += [_sweeps(candidate, frequency, p.name, problem) for p in of_form if p.role == "sweep"]
+    fuller = replace(candidate, forms=(*candidate.forms, form)).at(candidate.effect.central_reference(problem.state))
+    for parts in itertools.product(*grid):
+        yield fuller.at({name: value for part in parts for name, value in part.items()})
+
+
+def _sweeps(candidate: Candidate, frequency: str, rate: str, problem: LinearProblem) -> list[dict[str, Any]]:
+    """Rates of a candidate's frequency, each with the frequency at time zero, about the frequency in the middle."""
     begin_s, end_s = map(float, problem.state.time_s[[0, -1]])
-    for cycles in (sign * ahead for sign in (-1, 1) for ahead in problem.policy.sweep_cycles):
-        rate = 2 * cycles / (end_s - begin_s) ** 2
-        start_frequency = float(dict(candidate.nonlinear)[frequency]) - rate * (begin_s + end_s) / 2
-        if start_frequency > 0:
-            yield candidate.at({sweeps[0].name: rate, frequency: start_frequency})
+    cycles = np.outer([-1, 1], problem.policy.sweep_cycles).ravel()
+    rates = (2 * cycles / (end_s - begin_s) ** 2).tolist()
+    middle_hz = float(dict(candidate.nonlinear)[frequency])
+    sweeps = [{rate: each, frequency: middle_hz - each * (begin_s + end_s) / 2} for each in rates]
+    return [sweep for sweep in sweeps if sweep[frequency] > 0]
 
 
 def _refined_settings(others: Baseline, candidate: Candidate) -> Candidate:
@@ -164,10 +144,11 @@ def first_form_evidence(
 ) -> tuple[Evidence, ...]:
     """Evidence of every effect searched with a fuller form from the start: the plain form may explain too little.
 
-    The curve of a monotone channel fits any slow course and is not tried; of another channel it counts at the best lag,
-    and only where the residual is then clean, since a curve also follows a part of slow noise.
+    The form's numbers are a factor above the effect's own: at equal size both coincide. The curve of a monotone channel
+    fits any slow course and is not tried; of another channel it counts at the best lag, and only where the residual is
+    then clean, since a curve also follows a part of slow noise.
     """
-    slow, found = monotone_channels(baseline.problem), []
+    slow, found = monotone_channels(baseline.problem), list[Evidence]()
     for settings in candidates.values():
         effect = settings[0].effect
         if not effect.traits.first_form or not slow.isdisjoint(effect.needs):
@@ -177,16 +158,12 @@ def first_form_evidence(
             evidence = refine_listed(baseline, evidence)
             with_curve = baseline.with_columns(evidence.candidate.columns(baseline.problem))
             evidence = evidence if is_clean(with_curve, effect.name) else None
-        if evidence is not None:
-            found.append(evidence)
+        found += [] if evidence is None else [evidence]
     return tuple(found)
 
 
 def _first_form_settings(settings: Sequence[Candidate], problem: LinearProblem) -> Iterator[Candidate]:
-    """Settings with the form's numbers a factor above the effect's own: at equal size both coincide.
-
-    A curve is counted from the middle of its course.
-    """
+    """Settings with the first form whose numbers are `first_form_factor` times the effect's own."""
     effect, form = settings[0].effect, settings[0].effect.traits.first_form
     listed = [p.name for p in effect.forms[form] if p.role == "listed"]
     for fuller in (each for candidate in settings for each in _form_settings(candidate, form, problem)):
@@ -195,58 +172,45 @@ def _first_form_settings(settings: Sequence[Candidate], problem: LinearProblem) 
             yield fuller
 
 
-def split_by_motor(accepted: Sequence[AcceptedEffect], start: Baseline, tests: ResidualTester) -> list[AcceptedEffect]:
+def split_by_motor(selection: Selection) -> Selection:
     """Split effects with one gain for all motors into a gain for each motor, where the residual supports it.
 
     The split must gain the nats for acceptance on held-out data, over the inflation. Motors explaining nothing are left
-    out. An effect accepted earlier is split again once a later effect no longer hides a motor. start : the baseline
-    without effects.
+    out. An effect accepted earlier is split again once a later effect no longer hides a motor.
     """
-    out, motors, names = list[AcceptedEffect](), start.problem.state.motors, [effect.name for effect in accepted]
-    for i, effect in enumerate(accepted):
-        found, rest = effect.evidence, accepted[i + 1 :]
+    start, out, names = selection.start, list[AcceptedEffect](), selection.names
+    motors = start.problem.state.motors
+    for i, effect in enumerate(selection.accepted):
+        found, parts = effect.evidence, list[Evidence]()
         role = found.candidate.effect.with_role("motor") if names.count(effect.name) == 1 else None
-        parts = _parts((*out, *rest), effect, role, start, tests) if role and len(motors) > 1 else []
-        first = [replace(effect, evidence=replace(part, gain=found.gain, V=found.V)) for part in parts[:1]]
-        out += [*first, *(AcceptedEffect(part, ()) for part in parts[1:])] or [effect]
-    return out
+        if role and len(motors) > 1:
+            others = baseline_with((*out, *selection.accepted[i + 1 :]), start)
+            if not selection.is_clean(others.with_columns(effect.columns(start.problem))):
+                parts = _motor_evidence(others, [found.candidate.at({role: motor}) for motor in motors], found)
+        if parts:
+            effect = effect.refitted(parts[0])
+        out += [effect, *(AcceptedEffect(part, ()) for part in parts[1:])]
+    return replace(selection, accepted=tuple(out))
 
 
-def _parts(
-    accepted: Iterable[AcceptedEffect], effect: AcceptedEffect, role: str, start: Baseline, tests: ResidualTester
-) -> list[Evidence]:
-    """The motors of one effect that the data support next to all remaining effects; empty where one gain will do."""
-    others = _baseline_with(accepted, start)
-    if tests(others.with_columns(effect.columns(start.problem))).clean:
-        return []
-    settings = [effect.evidence.candidate.at({role: motor}) for motor in start.problem.state.motors]
-    return motor_evidence(others, settings, effect.evidence)
-
-
-def motor_evidence(others: Baseline, settings: Sequence[Candidate], evidence: Evidence) -> list[Evidence]:
+def _motor_evidence(others: Baseline, settings: Sequence[Candidate], common: Evidence) -> list[Evidence]:
     """Evidence of each motor next to all remaining effects, the strongest first; empty if the split gains too little.
 
-    Both all motors and the kept ones must gain enough: of motors running alike none explains anything next to the rest.
+    Both all motors and the kept ones must gain enough over a common gain: of motors running alike none explains
+    anything next to the rest. Held-out data are used for both: a common gain explains less on held-out data where the
+    base is extrapolated.
     """
-    policy, columns = others.problem.policy, [motor.columns(others.problem) for motor in settings]
-    if not _explain_more(others, columns, evidence):
-        return []
-    judged = (
-        judge_settings(others.with_all(other for other in columns if other is not own), [setting])
-        for setting, own in zip(settings, columns, strict=True)
-    )
-    known = [motor for motor in judged if motor is not None and motor.nats > policy.apart]
-    if not known or not _explain_more(others, [motor.candidate.columns(others.problem) for motor in known], evidence):
-        return []
-    return sorted(known, key=lambda motor: -motor.strength)
+    problem, policy = others.problem, others.problem.policy
+    alone = others.held_out_gain(others.sums_with(common.candidate.columns(problem)))
 
+    def explain_more(columns: Sequence[Array]) -> bool:
+        joint = others.sums_with(np.concatenate(columns, axis=2))
+        V = inflation(joint, fit(joint, others.all_folds), policy)
+        return (others.held_out_gain(joint) - alone) / V > policy.accepted(len(EFFECTS))
 
-def _explain_more(others: Baseline, columns: Sequence[Array], evidence: Evidence) -> bool:
-    """Whether columns (n, q, k) of several motors gain enough more on held-out data than a common gain.
-
-    Held-out data are used for both: a common gain explains less on held-out data where the base is extrapolated.
-    """
-    policy, common = others.problem.policy, evidence.candidate.columns(others.problem)
-    joint, alone = (others.sums_with(each) for each in (np.concatenate(columns, axis=2), common))
-    V = inflation(joint, fit(joint, others.all_folds), policy)
-    return (others.held_out_gain(joint) - others.held_out_gain(alone)) / V > policy.accepted(len(EFFECTS))
+    columns, known = [motor.columns(problem) for motor in settings], list[Evidence]()
+    for setting, own in zip(settings, columns if explain_more(columns) else (), strict=False):
+        motor = judge_settings(others.with_all(other for other in columns if other is not own), [setting])
+        known += [motor] if motor is not None and motor.nats > policy.apart else []
+    supported = known and explain_more([motor.candidate.columns(problem) for motor in known])
+    return sorted(known, key=lambda motor: -motor.strength) if supported else []

@@ -3,50 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import replace
 
-from diagnosis.decision.choice import AcceptedEffect, accept_best, in_same_family, is_form_by_size
-from diagnosis.decision.coloured_choice import choose_coloured
+from diagnosis.decision.choice import (
+    AcceptedEffect,
+    Selection,
+    accept_best,
+    baseline_with,
+    in_same_family,
+    is_form_by_size,
+    residual_tests,
+)
+from diagnosis.decision.coloured_choice import CandidateTest, choose_coloured
 from diagnosis.decision.forms import complete_forms, first_form_evidence, split_by_motor
 from diagnosis.evidence.along_field import within_stated_errors
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.candidate_result import CandidateResult, with_outcomes
 from diagnosis.evidence.field_pulsations import find_pulsations
-from diagnosis.evidence.held_out import Evidence, judge_candidate, rank_candidates
-from diagnosis.evidence.residual_tests import ResidualTests, run_residual_tests
+from diagnosis.evidence.held_out import judge_candidate, rank_candidates
 from diagnosis.evidence.windowed_candidates import rank_windowed
 from diagnosis.library.candidates import Candidate, propose_candidates
 from diagnosis.problem.linear import LinearProblem
-from sim.effects import BY_NAME, EFFECTS
+from sim.effects import EFFECTS
 from sim.state import MOTION
 
 Progress = Callable[[str], object]
-
-
-@dataclass(frozen=True)
-class Selection:
-    """Result of the selection: accepted effects in order, baselines and residual tests before and after.
-
-    without: names left out of the library. results: every candidate of the first round, the strongest first.
-    """
-
-    accepted: tuple[AcceptedEffect, ...]
-    start: Baseline
-    end: Baseline
-    before: ResidualTests
-    after: ResidualTests
-    results: tuple[CandidateResult, ...]
-    without: frozenset[str]
-
-    @property
-    def names(self) -> list[str]:
-        """Names of the accepted effects."""
-        return [effect.name for effect in self.accepted]
-
-    def beside(self, end: Baseline, names: Sequence[str]) -> Selection:
-        """The selection beside another baseline, which holds the columns of effects of these names."""
-        return replace(self, end=end, after=residual_tests(end, names))
 
 
 def select(
@@ -76,7 +57,7 @@ def select(
         accepted = _refit_settings(chosen, selection.accepted, candidates, start)
         accepted.append(_with_form_owner(chosen, accepted))
         selection = replace(selection, accepted=tuple(accepted), end=start)  # frees the columns of the last baseline
-        selection = _completed(selection)
+        selection = complete_forms(split_by_motor(selection))
     return selection
 
 
@@ -89,16 +70,9 @@ def choose_windows_again(selection: Selection) -> Selection:
     candidates = propose_candidates(start.problem, selection.without)
     for i in switched:
         others = replace(selection, accepted=(*out[:i], *out[i + 1 :]))
-        beside = start.with_all(other.columns(start.problem) for other in others.accepted)
-        out[i] = _choose(others.beside(beside, others.names), candidates, alone=True)[0] or out[i]
-    return _completed(replace(selection, accepted=tuple(out)))
-
-
-def _completed(selection: Selection) -> Selection:
-    """The selection with its effects split by motor and with fuller forms, and the baseline and tests beside these."""
-    start, tests = selection.start, partial(residual_tests, names=selection.names)
-    accepted, end, after = complete_forms(split_by_motor(selection.accepted, start, tests), start, tests)
-    return replace(selection, accepted=tuple(accepted), end=end, after=after)
+        beside = others.beside(baseline_with(others.accepted, start))
+        out[i] = _choose(beside, candidates, alone=True)[0] or out[i]
+    return complete_forms(split_by_motor(replace(selection, accepted=tuple(out))))
 
 
 def _choose(
@@ -109,39 +83,22 @@ def _choose(
     alone : do not look for a second effect that would justify a refused candidate. Returned with every candidate's
     result, the strongest first.
     """
-    baseline, names = selection.end, selection.names
+    baseline, policy = selection.end, selection.end.problem.policy
     ranking = rank_candidates(baseline, candidates)
 
-    def is_clean(after: Baseline, name: str) -> bool:
-        return residual_tests(after, [*names, name]).clean
-
-    def find_next(with_effect: Baseline, evidence: Evidence) -> AcceptedEffect | None:
-        beside = selection.beside(with_effect, [*names, evidence.name])
+    def find_next(with_effect: Baseline, name: str) -> AcceptedEffect | None:
+        beside = selection.beside(with_effect, name)
         return None if beside.after.clean else _choose(beside, candidates, alone=True)[0]
 
     if selection.after.clean:
-        chosen, policy = accept_best(ranking, baseline.problem.policy), baseline.problem.policy
+        chosen = accept_best(ranking, policy)
         results = [CandidateResult(one, one.nats, policy.accepted(len(EFFECTS)), "") for one in ranking]
     else:
         switched = rank_windowed(baseline, ranking, candidates)
-        full = (*first_form_evidence(baseline, candidates, is_clean), *find_pulsations(baseline, candidates))
-        further = None if alone else find_next
-        chosen, results = choose_coloured(baseline, ranking, selection.start, is_clean, switched, full, further)
+        full = (*first_form_evidence(baseline, candidates, selection.is_clean), *find_pulsations(baseline, candidates))
+        test = CandidateTest(selection, None if alone else find_next)
+        chosen, results = choose_coloured(test, [*ranking, *full], switched)
     return chosen, with_outcomes(results, *((chosen.name, chosen.alternatives) if chosen else (None, ())))
-
-
-def residual_tests(baseline: Baseline, names: Sequence[str]) -> ResidualTests:
-    """Test the residual of a baseline with effects of these names; slow errors stated by the model pass.
-
-    After a low-pass or a delay the noise is correlated over some samples.
-    """
-    problem, residual = baseline.problem, baseline.residual()
-    fitted = problem.fitted + baseline.sums.width
-    filtered = any(BY_NAME[name].traits.correlates_noise for name in names)
-    samples = problem.policy.filter_memory if filtered else 1
-    usable, time_s, tails = problem.usable, problem.state.time_s, not problem.wrong_values
-    tests = run_residual_tests(residual, usable, time_s, fitted, problem.policy, samples, tails=tails)
-    return tests if tests.clean or not within_stated_errors(problem, residual) else replace(tests, why=())
 
 
 def _with_look_alike(accepted: Sequence[AcceptedEffect], refused: AcceptedEffect) -> list[AcceptedEffect]:
@@ -191,16 +148,15 @@ def _refit_settings(
 
     A look-alike of the new effect keeps its strength. Neither forms nor windows and periods are searched again.
     """
-    problem, out = start.problem, list(accepted)
+    out = list(accepted)
     for i, effect in enumerate(accepted):
         candidate, period = effect.evidence.candidate, effect.evidence.candidate.effect.with_role("period")
         plain = not (candidate.forms or candidate.window or period in dict(candidate.nonlinear))
-        others = start.with_all(other.columns(problem) for other in (*out[:i], *out[i + 1 :], chosen))
+        others = baseline_with((*out[:i], *out[i + 1 :], chosen), start)
         again = judge_candidate(others, candidates[effect.name]) if plain and effect.name in candidates else None
         if again is not None:
             strength = effect.evidence.strength if chosen.name in effect.alternatives else again.strength
-            as_found = replace(again, gain=effect.evidence.gain, V=effect.evidence.V, strength=strength)
-            out[i] = replace(effect, evidence=as_found)
+            out[i] = effect.refitted(replace(again, strength=strength))
     return out
 
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import operator
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 from diagnosis.decision.monotone_courses import driving_channels, monotone_channels
@@ -18,7 +17,8 @@ from recordings.channels import current_name
 from sim.effects import BY_NAME
 
 Rule = Callable[[Explanation], bool]
-NameDoubt = Callable[[Explanation], str | None]
+Doubt = Callable[[Explanation], Iterator[str]]
+"""(case) -> the reason why the named effects only resemble the cause, if it holds."""
 
 
 def judge(cases: Sequence[Explanation]) -> tuple[Verdict, tuple[Explanation, ...]]:
@@ -43,46 +43,46 @@ def verdict_of(case: Explanation) -> Verdict:
 def doubts_of(case: Explanation, verdict: Verdict) -> tuple[str, ...]:
     """Reasons why the named effects only resemble the cause; empty if none, or if nothing can be decided."""
     without_effects = (driver_unnamed,) if verdict.explained and case.named else ()
-    if decisive := _raised(DECISIVE_DOUBTS if case.of_kind(EvidenceKind.HELD_OUT) else without_effects, case):
-        return decisive[:1]
+    decisive = _raised(DECISIVE_DOUBTS if case.of_kind(EvidenceKind.HELD_OUT) else without_effects, case)
     mixed = not case.clean if verdict is Verdict.PARTIAL else bool(case.of_kind(EvidenceKind.SPECTRUM))
-    if verdict not in (Verdict.PARTIAL, Verdict.COMPOSITE, Verdict.CLASS) or not mixed or case.gap.explained is None:
-        return ()
+    doubted = mixed and verdict in (Verdict.PARTIAL, Verdict.COMPOSITE, Verdict.CLASS)
+    if decisive or not doubted or case.gap.explained is None:
+        return decisive[:1]
     return _raised(NAME_DOUBTS, case)
 
 
-def _raised(doubts: Sequence[NameDoubt], case: Explanation) -> tuple[str, ...]:
-    return tuple(reason for doubt in doubts if (reason := doubt(case)) is not None)
+def _raised(doubts: Sequence[Doubt], case: Explanation) -> tuple[str, ...]:
+    return tuple(reason for doubt in doubts for reason in doubt(case))
 
 
-def driver_unnamed(case: Explanation) -> str | None:
+def driver_unnamed(case: Explanation) -> Iterator[str]:
     """Doubt where only iron, noise or steps are named, and the gap follows a channel more than time.
 
     A weak driver passes for slow noise or for the iron that holds its mean.
     """
-    leading = next(iter(driving_channels(case.problem, case.where)), None)
-    return None if leading is None else f"the gap follows {leading}, and no named effect does"
+    for leading in driving_channels(case.problem, case.where)[:1]:
+        yield f"the gap follows {leading}, and no named effect does"
 
 
-def gap_is_larger(case: Explanation) -> str | None:
+def gap_is_larger(case: Explanation) -> Iterator[str]:
     """Doubt where the named effects do not fit data outside the fit."""
-    larger = case.gap.after_sigma > case.problem.policy.larger * case.gap.before_sigma
-    return "the gap is larger with the named effects in the model" if larger else None
+    if case.gap.after_sigma > case.problem.policy.larger * case.gap.before_sigma:
+        yield "the gap is larger with the named effects in the model"
 
 
-def field_turns_too_fast(case: Explanation) -> str | None:
+def field_turns_too_fast(case: Explanation) -> Iterator[str]:
     """Doubt where the sensor is in no vehicle."""
-    return "the field turns faster than a vehicle does" if turns_too_fast(case.problem) else None
+    if turns_too_fast(case.problem):
+        yield "the field turns faster than a vehicle does"
 
 
-def part_of_swept_tone(case: Explanation) -> str | None:
+def part_of_swept_tone(case: Explanation) -> Iterator[str]:
     """Doubt where the named effects are one frequency of a sweeping tone."""
-    if case.rise is None or not case.rise.hides:
-        return None
-    return f"the named effects explain next to nothing of {case.rise.words}"
+    if case.rise is not None and case.rise.hides:
+        yield f"the named effects explain next to nothing of {case.rise.words}"
 
 
-def channel_in_residual(case: Explanation) -> str | None:
+def channel_in_residual(case: Explanation) -> Iterator[str]:
     """Doubt where the residual follows the channels leading the gap, and follows them more than time.
 
     Shares are of the gap: the residual of a slow disturbance follows time and every channel resembling time. Among many
@@ -91,7 +91,7 @@ def channel_in_residual(case: Explanation) -> str | None:
     """
     policy, explained = case.problem.policy, case.gap.explained
     if not case.where or explained is None:
-        return None
+        return
     left = {share.channel: (1 - explained) * share.share for share in case.left}
     time, first, slow = left.get(TIME, 0.0), case.where[0], monotone_channels(case.problem)
 
@@ -101,28 +101,27 @@ def channel_in_residual(case: Explanation) -> str | None:
 
     leading = [share for share in case.where if share.share > policy.half * first.share]
     following = [share.channel for share in leading if share.channel not in slow and follows(share)]
-    return f"the residual still follows {', '.join(following)}" if following else None
+    if following:
+        yield f"the residual still follows {', '.join(following)}"
 
 
-def motion_in_residual(case: Explanation) -> str | None:
+def motion_in_residual(case: Explanation) -> Iterator[str]:
     """Doubt where an effect acts during the motion leading the gap, and the residual follows the motion as well."""
-    if not (case.where and case.left) or case.left[0].channel != case.where[0].channel:
-        return None
-    leading = case.where[0].channel
-    courses = [(name, x) for name, x in channels(case.problem) if name == leading]
     windows = [cause.effect.active_s for cause in case.named if cause.effect.active_s is not None]
-    acts = any(courses_on_within(case.problem, window, courses) for window in windows)
-    return f"acts while {leading} is on, and the residual follows it too" if acts else None
+    if not (windows and case.where and case.left) or case.left[0].channel != case.where[0].channel:
+        return
+    courses = [(name, x) for name, x in channels(case.problem) if name == case.where[0].channel]
+    if any(courses_on_within(case.problem, window, courses) for window in windows):
+        yield f"acts while {case.where[0].channel} is on, and the residual follows it too"
 
 
-def iron_follows_a_channel(case: Explanation) -> str | None:
+def iron_follows_a_channel(case: Explanation) -> Iterator[str]:
     """Doubt where iron following a channel, none of whose effects is named, explains much more of the gap."""
-    explained = case.gap.explained or 0.0
     unnamed = unnamed_channels(case) & {share.channel for share in case.where}
     following = find_followed_channel(Baseline.of(case.problem), unnamed) if unnamed else None
-    if following is None or 1 - following.share > case.problem.policy.half * (1 - explained):
-        return None
-    return f"a scale or an offset that follows {following.channel} explains far more"
+    left = 1 - (case.gap.explained or 0.0)
+    if following is not None and 1 - following.share <= case.problem.policy.half * left:
+        yield f"a scale or an offset that follows {following.channel} explains far more"
 
 
 def unnamed_channels(case: Explanation) -> set[str]:
@@ -134,9 +133,9 @@ def unnamed_channels(case: Explanation) -> set[str]:
     return known - motors - set(as_currents(case.problem.recording)) if causes & motors else known
 
 
-DECISIVE_DOUBTS: tuple[NameDoubt, ...] = (gap_is_larger, field_turns_too_fast, part_of_swept_tone)
+DECISIVE_DOUBTS: tuple[Doubt, ...] = (gap_is_larger, field_turns_too_fast, part_of_swept_tone)
 """Doubts about all named effects, whatever the verdict."""
-NAME_DOUBTS: tuple[NameDoubt, ...] = (channel_in_residual, motion_in_residual, iron_follows_a_channel)
+NAME_DOUBTS: tuple[Doubt, ...] = (channel_in_residual, motion_in_residual, iron_follows_a_channel)
 
 
 def _explains_some(case: Explanation) -> bool:
@@ -155,10 +154,9 @@ def _explains_some(case: Explanation) -> bool:
 
 def _only_iron_with_rivals(case: Explanation) -> bool:
     """Whether only changes of the iron are named, and an effect other than iron is a look-alike."""
-    rivals = (alternative for cause in case.named for alternative in cause.alternatives)
-    return all(cause.kind is EvidenceKind.IRON for cause in case.named) and any(
-        not BY_NAME[name].traits.absorbed for name in rivals
-    )
+    rivals = {alternative for cause in case.named for alternative in cause.alternatives}
+    only_iron = all(cause.kind is EvidenceKind.IRON for cause in case.named)
+    return only_iron and not all(BY_NAME[name].traits.absorbed for name in rivals)
 
 
 def _may_be_one_channel(case: Explanation) -> bool:
@@ -167,9 +165,9 @@ def _may_be_one_channel(case: Explanation) -> bool:
     A curve of the rival channel may bend like the noise, and its zero may lie elsewhere: several causes are not shown.
     """
     rest = [cause for cause in case.named if not cause.rivals]
-    constant = (cause.kind is EvidenceKind.IRON and cause.effect.traits.constant for cause in rest)
-    noise = (cause.kind is EvidenceKind.SPECTRUM for cause in rest)
-    return len(case.named) == len(rest) + 1 and all(map(operator.or_, constant, noise))
+    constant = [cause.effect.traits.constant for cause in rest if cause.kind is EvidenceKind.IRON]
+    noise = sum(cause.kind is EvidenceKind.SPECTRUM for cause in rest)
+    return len(case.named) == len(rest) + 1 and sum(constant) + noise == len(rest)
 
 
 RULES: tuple[tuple[Verdict, Rule], ...] = (

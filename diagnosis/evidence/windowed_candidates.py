@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -41,20 +40,16 @@ def rank_windowed(
     Only candidates that gain far more in the window than in the whole run. Changes of iron are included: in a part of
     the run the base does not absorb them. Listed settings are compared again within the window.
     """
-    problem = baseline.problem
-    rows = BinnedRows.of(problem.state.time_s, problem.usable, problem.base, problem.target, problem.policy)
+    problem, policy = baseline.problem, baseline.problem.policy
+    rows = BinnedRows.of(problem.state.time_s, problem.usable, problem.base, problem.target, policy)
     timeline = Timeline.of(rows, rows.bin_groups(baseline.accepted_columns))
-    settings = {name: several[0] for name, several in listed.items()} | {e.name: e.candidate for e in ranking}
-    iron = {name: several[0] for name, several in iron_candidates().items()}
-    spans = {
-        name: (candidate, timeline.best(rows.bin(candidate.columns(problem))))
-        for name, candidate in (settings | iron).items()
-        if candidate.can_have_window
-    }
-    worth = {name: pair for name, pair in spans.items() if _is_worth(pair[1], problem.policy)}
-    best = sorted(worth, key=lambda name: -worth[name][1].gain)[: problem.policy.tried_coloured]
-    found = [_judged(baseline, timeline, listed.get(name, []), *worth[name]) for name in best]
-    return [candidate for candidate in found if candidate is not None]
+    best_settings = {evidence.name: [evidence.candidate] for evidence in ranking}
+    candidates = [several[0] for several in (listed | best_settings | iron_candidates()).values()]
+    spans = [(timeline.best(rows.bin(one.columns(problem))), one) for one in candidates if one.can_have_window]
+    worth = sorted((pair for pair in spans if _is_worth(pair[0], policy)), key=lambda pair: -pair[0].gain)
+    best = worth[: policy.tried_coloured]
+    found = [_judged(baseline, timeline, listed.get(candidate.name, []), candidate, span) for span, candidate in best]
+    return [evidence for evidence in found if evidence is not None]
 
 
 def _is_worth(span: Span, policy: Policy) -> bool:
@@ -71,12 +66,12 @@ def _judged(
         candidate = candidate if at_span is None else at_span.candidate
         plain = candidate.at({ACTIVE_WINDOW.name: None})
         span = timeline.best(timeline.rows.bin(plain.columns(problem)))
-    if _is_one_sided(span, problem.state.time_s, policy) and _is_a_jump(timeline, problem, candidate, span):
+    if _is_one_sided(span, problem.state.time_s, policy) and _is_a_jump(timeline, problem, span):
         return None
     return judge_settings(baseline, [_in(candidate, span, policy)])
 
 
-def _is_a_jump(timeline: Timeline, problem: LinearProblem, candidate: Candidate, span: Span) -> bool:
+def _is_a_jump(timeline: Timeline, problem: LinearProblem, span: Span) -> bool:
     """Whether a constant in the window explains most of a candidate's gain: the signature of a jump."""
     iron = [several[0] for several in iron_candidates().values() if several[0].effect.traits.constant]
     constant = max(timeline.gain(timeline.rows.bin(each.columns(problem)), span) for each in iron)
@@ -90,9 +85,8 @@ def _in(candidate: Candidate, span: Span, policy: Policy) -> Candidate:
 
 def _is_one_sided(span: Span, time_s: Array, policy: Policy) -> bool:
     """Whether a window ends too near an end of the run to leave room for a further window."""
-    begin_s, end_s = float(time_s[0]), float(time_s[-1])
-    beside_s = min(span.from_s - begin_s, end_s - span.to_s)
-    return bool(beside_s < policy.least_window * (end_s - begin_s))
+    beside_s = min(span.from_s - float(time_s[0]), float(time_s[-1]) - span.to_s)
+    return bool(beside_s < policy.least_window * np.ptp(time_s))
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,54 +110,43 @@ class Timeline:
     def best(self, columns: Array) -> Span:
         """The window in which columns (n, q, k) explain most; the ends are refined down to single rows.
 
-        Gain of a window w: ``r^T S^-1 r / 2``, ``r = E_w^T y``, ``S = E_w^T E_w - E_w^T Q Q^T E_w``, from sums over
-        cells between the ends compared.
+        Gain of a window w: ``r^T S^-1 r / 2``, ``r = E_w^T y``, ``S = E_w^T E_w - E_w^T Q Q^T E_w``, from sums up to
+        each row.
         """
-        n, policy = len(self.residual), self.rows.policy
+        n, policy, sums = len(self.residual), self.rows.policy, self._sums(columns)
         cells = np.unique(np.linspace(0, n, policy.window_cells + 1).astype(np.int64))
-        low, high, gain, whole = self._search(columns, cells, cells, int(policy.least_window * n))
+        low, high, gain, whole = self._search(sums, cells, cells, int(policy.least_window * n))
         step = n // policy.window_cells
         while step >= 1:
             step //= policy.window_finer
             before = -np.inf
             while gain > before:  # the first search has a least length: the ends may be farther than its cells
-                before = gain
-                lows, highs = (around(at, step, n, policy.window_finer) for at in (low, high))
-                low, high, gain, _ = self._search(columns, lows, highs, 1)
+                before, around = gain, max(step, 1) * np.arange(-policy.window_finer, policy.window_finer + 1)
+                lows, highs = (np.unique(np.clip(at + around, 0, n)) for at in (low, high))
+                low, high, gain, _ = self._search(sums, lows, highs, 1)
         ends = np.append(self.rows.row_start_s, self.rows.time_s[-1] + self.rows.interval_s)
         return Span(float(ends[low]), float(ends[high]), gain, whole)
 
     def gain(self, columns: Array, span: Span) -> float:
         """Nats that columns gain in a given window."""
         low, high = np.searchsorted(self.rows.row_start_s, [span.from_s, span.to_s])
-        return self._search(columns, np.array([low]), np.array([high]), 1)[2]
+        return self._search(self._sums(columns), np.array([low]), np.array([high]), 1)[2]
 
-    def _search(self, columns: Array, lows: Places, highs: Places, shortest: int) -> tuple[int, int, float, float]:
+    def _search(self, sums: Array, lows: Places, highs: Places, shortest: int) -> tuple[int, int, float, float]:
         """First and last row of the window of the largest gain, the gain, and the gain of the whole run."""
-        n = len(columns)
-        edges = np.unique(np.concatenate([lows, highs, [0, n]]))
-        sums = self._sums(columns, edges)
-        i, j = (
-            a.ravel() for a in np.meshgrid(*(np.searchsorted(edges, rows) for rows in (lows, highs)), indexing="ij")
-        )
-        wide = edges[j] - edges[i] >= max(shortest, 1)
-        i, j = np.append(i[wide], 0), np.append(j[wide], len(edges) - 1)
+        i, j = (ends.ravel() for ends in np.meshgrid(lows, highs, indexing="ij"))
+        wide = j - i >= max(shortest, 1)
+        i, j = np.append(i[wide], 0), np.append(j[wide], len(sums) - 1)
         gains = _gains(sums[j] - sums[i], self.Q.shape[1])
         best = int(np.argmax(gains))
-        return int(edges[i[best]]), int(edges[j[best]]), float(gains[best]), float(gains[-1])
+        return int(i[best]), int(j[best]), float(gains[best]), float(gains[-1])
 
-    def _sums(self, columns: Array, edges: Places) -> Array:
-        """Products (m, k, r + 1 + k) of columns with Q, residual and themselves, cumulative up to each edge."""
-        n, q, k = columns.shape
-        others = np.concatenate([self.Q.reshape(n, q, -1), self.residual[:, :, None], columns], axis=2)
-        width = others.shape[2]
-        parts = [columns[a:b].reshape(-1, k).T @ others[a:b].reshape(-1, width) for a, b in itertools.pairwise(edges)]
-        return np.concatenate([np.zeros((1, k, width)), np.cumsum(parts, axis=0)])
-
-
-def around(at: int, step: int, n: int, count: int) -> Places:
-    """Rows around a row, `count` steps to each side."""
-    return np.unique(np.clip(at + max(step, 1) * np.arange(-count, count + 1), 0, n))
+    def _sums(self, columns: Array) -> Array:
+        """Products (n + 1, k, r + 1 + k) of columns with Q, residual and themselves, cumulative up to each row."""
+        Q = self.Q.reshape(*self.residual.shape, -1)
+        others = np.concatenate([Q, self.residual[:, :, None], columns], axis=2)
+        each = columns.transpose(0, 2, 1) @ others
+        return np.concatenate([np.zeros((1, *each.shape[1:])), np.cumsum(each, axis=0)])
 
 
 def _gains(sums: Array, r: int) -> Array:

@@ -7,9 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from diagnosis.decision.choice import AcceptedEffect
+from diagnosis.decision.choice import AcceptedEffect, residual_tests
 from diagnosis.decision.coloured_choice import beyond_chance
-from diagnosis.decision.selection import residual_tests
 from diagnosis.decision.verdict_rules import unnamed_channels
 from diagnosis.evidence.baseline import Baseline, added_share
 from diagnosis.evidence.candidate_test import CandidateFit, ColouredBaseline, find_look_alikes

@@ -8,8 +8,13 @@ from functools import cached_property
 
 import numpy as np
 
-from diagnosis.decision.choice import AcceptedEffect, in_same_family, is_form_by_size, select_simplest
-from diagnosis.decision.selection import residual_tests
+from diagnosis.decision.choice import (
+    AcceptedEffect,
+    in_same_family,
+    is_form_by_size,
+    residual_tests,
+    select_simplest,
+)
 from diagnosis.evidence.along_field import explains_along_field
 from diagnosis.evidence.baseline import Baseline, added_share
 from diagnosis.evidence.candidate_test import ColouredBaseline

@@ -9,9 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from calib.numerics.threads import one_thread
-from diagnosis.decision.choice import AcceptedEffect
+from diagnosis.decision.choice import AcceptedEffect, residual_tests
 from diagnosis.decision.conclusion import Conclusion, conclude
-from diagnosis.decision.selection import residual_tests
 from diagnosis.decision.verdict_rules import judge
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.held_out import judge_settings

@@ -23,7 +23,7 @@ GUARDS = {
     "reference_checks.py": {"MISREAD", "LEAST_SHOWN_NT"},
     "motion.py": {"NODES", "ANY_DATE", "HIGHEST_M", "LEAST_NOISE"},
     "vector.py": {"FIELD_ERROR", "DELAY_S", "STEPS"},
-    "late_attitude.py": {"FARTHEST", "SETTLED_S"},
+    "second_passes.py": {"FARTHEST", "SETTLED_S"},
     "projections.py": {"GONE"},
     "hypothesis.py": {"SAME_NATS", "FAR_NATS"},
     "windowed_candidates.py": {"NOTHING"},

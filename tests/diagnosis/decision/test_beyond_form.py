@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagnosis.decision.choice import AcceptedEffect
-from diagnosis.decision.selection import Selection, _grows_with_time, _refit_settings, residual_tests, select
+from diagnosis.decision.choice import AcceptedEffect, Selection, residual_tests
+from diagnosis.decision.selection import _grows_with_time, _refit_settings, select
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.held_out import judge_candidate, judge_settings
 from diagnosis.library.candidates import Candidate, propose_candidates

@@ -10,15 +10,16 @@ import numpy as np
 import pytest
 
 from diagnosis.decision import conclusion
-from diagnosis.decision.choice import AcceptedEffect, accept_best
-from diagnosis.decision.conclusion import beyond_wander, conclude, is_form_error, slow_noise
-from diagnosis.decision.iron import absorbed_effects, iron_changes
-from diagnosis.decision.selection import (
-    Selection,
-    _is_form_of_accepted,
-    _with_form_owner,
-    select,
+from diagnosis.decision.choice import AcceptedEffect, Selection, accept_best
+from diagnosis.decision.conclusion import (
+    absorbed_effects,
+    beyond_wander,
+    conclude,
+    iron_changes,
+    is_form_error,
+    slow_noise,
 )
+from diagnosis.decision.selection import _is_form_of_accepted, _with_form_owner, select
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.candidate_result import NAMED, CandidateResult
 from diagnosis.evidence.held_out import Evidence
@@ -119,14 +120,14 @@ def test_what_shrinks_beside_the_first_or_could_stand_for_it_is_its_form() -> No
 def _wandering(selection: Selection, monkeypatch: pytest.MonkeyPatch, noise: SlowNoise | None) -> SlowNoise | None:
     """What is concluded of a rest that is not clean, and wanders as told."""
     monkeypatch.setattr(conclusion, "find_slow_noise", lambda problem, left: noise)
-    return slow_noise(replace(selection, after=LEFT), selection.accepted)
+    return slow_noise(replace(selection, after=LEFT))
 
 
 def test_slow_noise_without_effects_needs_only_to_fit(nothing: Selection, monkeypatch: pytest.MonkeyPatch) -> None:
     vague = replace(NOISE, identified=False)
     assert _wandering(nothing, monkeypatch, vague) is vague
     assert _wandering(nothing, monkeypatch, replace(NOISE, fits=False)) is None
-    assert slow_noise(nothing, ()) is None
+    assert slow_noise(nothing) is None
 
 
 def test_slow_noise_beside_effects_must_be_told_and_be_no_form(

@@ -8,9 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from diagnosis.decision.choice import Selection, residual_tests
 from diagnosis.decision.forms import first_form_evidence
 from diagnosis.decision.second_passes import select_jointly
-from diagnosis.decision.selection import Selection, residual_tests, select
+from diagnosis.decision.selection import select
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.library.candidates import propose_candidates
 from recordings import Recording

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pytest
 
-from diagnosis.decision.choice import AcceptedEffect
+from diagnosis.decision.choice import AcceptedEffect, Selection, residual_tests
 from diagnosis.decision.forms import _refined_settings, complete_forms
-from diagnosis.decision.selection import Selection, residual_tests, select
+from diagnosis.decision.selection import select
 from diagnosis.evidence.baseline import Baseline
-from diagnosis.evidence.held_out import judge_settings
+from diagnosis.evidence.held_out import Evidence, judge_settings
 from diagnosis.library.candidates import Candidate, propose_candidates
 from sim.effects import BY_NAME
 from sim.effects.currents import MotorCurrent
@@ -29,6 +28,12 @@ LIBRARY = {
     "temperature_offset",
 }
 """What these tests choose from: enough for a wrong name."""
+
+
+def _so_far(start: Baseline, *found: Evidence) -> Selection:
+    """A selection of effects that were found one after the other."""
+    tests = residual_tests(start, ())
+    return Selection(tuple(AcceptedEffect(one, ()) for one in found), start, start, tests, tests, (), frozenset())
 
 
 def _found(hidden: dict[str, dict[str, object]]) -> Selection:
@@ -126,11 +131,10 @@ def test_a_form_that_does_not_tell_is_given_back(bend: tuple[float, ...], kept: 
     start = Baseline.of(posed)
     bent = judge_settings(start, [Candidate(MotorCurrent, (("motor", 1),), forms=("bent line",))])
     assert bent is not None
-    ((one,), _, after) = complete_forms(
-        [AcceptedEffect(bent, ())], start, partial(residual_tests, names=["motor_current"])
-    )
+    found = complete_forms(_so_far(start, bent))
+    (one,) = found.accepted
     assert one.evidence.candidate.forms == kept
-    assert after.clean
+    assert found.after.clean
     if not kept:
         effect = one.evidence.candidate.to_effect(one.evidence.coefficients)
         assert effect.gain_nT_A == pytest.approx((4.0, -2.0, 3.0), abs=0.3)  # type: ignore[attr-defined]
@@ -141,6 +145,5 @@ def test_what_was_found_twice_is_there_once_when_its_form_is_given_back() -> Non
     start = Baseline.of(posed)
     plain = Candidate(MotorCurrent, (("motor", 1),))
     both = [judge_settings(start, [one]) for one in (replace(plain, forms=("bent line",)), plain)]
-    found = [AcceptedEffect(one, ()) for one in both if one is not None]
-    ((one,), _, _) = complete_forms(found, start, partial(residual_tests, names=["motor_current"]))
+    (one,) = complete_forms(_so_far(start, *(one for one in both if one is not None))).accepted
     assert one.evidence.candidate.forms == ()

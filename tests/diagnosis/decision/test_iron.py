@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from diagnosis.decision.choice import accept_best
-from diagnosis.decision.conclusion import conclude
-from diagnosis.decision.iron import _is_conventional, iron_changes
+from diagnosis.decision.conclusion import _is_conventional, conclude, iron_changes
 from diagnosis.decision.selection import select
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.candidate_result import HARDLY_MORE, CandidateResult, with_outcomes

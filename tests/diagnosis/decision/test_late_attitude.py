@@ -11,7 +11,7 @@ import pytest
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
-from diagnosis.decision.late_attitude import (
+from diagnosis.decision.second_passes import (
     attitude_in_time,
     best_lead_s,
     gyro_agrees,

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
 
-from diagnosis.decision.choice import AcceptedEffect
+from diagnosis.decision.choice import AcceptedEffect, Selection, residual_tests
 from diagnosis.decision.forms import split_by_motor
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.held_out import judge_candidate
@@ -64,9 +62,10 @@ def test_motors_that_were_found_first_are_asked_again_beside_a_second_effect(gai
         judge_candidate(start, propose_candidates(start.problem)[name])
         for name in ("motor_current", "temperature_offset")
     ]
-    tests: Any = lambda baseline: SimpleNamespace(clean=False)  # noqa: E731
-    split = split_by_motor([AcceptedEffect(one, ()) for one in found if one is not None], start, tests)
-    assert [one.name for one in split] == [*first * ["motor_current"], "temperature_offset"]
+    accepted = tuple(AcceptedEffect(one, ()) for one in found if one is not None)
+    tests = residual_tests(start, ())
+    split = split_by_motor(Selection(accepted, start, start, tests, tests, (), frozenset()))
+    assert [one.name for one in split.accepted] == [*first * ["motor_current"], "temperature_offset"]
 
 
 def test_motors_of_one_gain_have_one() -> None:

@@ -11,15 +11,14 @@ import pytest
 from scipy.interpolate import CubicSpline
 from scipy.signal import butter, sosfilt, sosfilt_zi
 
-from diagnosis.decision.choice import AcceptedEffect, _select_in_family, accept_best
-from diagnosis.decision.selection import (
+from diagnosis.decision.choice import (
+    AcceptedEffect,
     Selection,
-    _is_form_of_accepted,
-    _refit_settings,
-    _with_look_alike,
+    _select_in_family,
+    accept_best,
     residual_tests,
-    select,
 )
+from diagnosis.decision.selection import _is_form_of_accepted, _refit_settings, _with_look_alike, select
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.held_out import Evidence, judge_settings
 from diagnosis.evidence.residual_tests import ResidualTests

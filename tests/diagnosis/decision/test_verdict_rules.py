@@ -7,10 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from diagnosis.decision import verdict_rules
 from diagnosis.decision.verdict_rules import (
-    channel_in_residual,
     doubts_of,
-    motion_in_residual,
     verdict_of,
 )
 from diagnosis.evidence.localise import ChannelShare
@@ -33,6 +32,16 @@ from tests.diagnosis.decision.answers import (
 )
 from tests.diagnosis.synthetic import problem, recording, without_attitude
 from validation.signals.amplitude import rms
+
+
+def channel_in_residual(case: Explanation) -> str | None:
+    """The doubt that a channel is left, if any."""
+    return next(verdict_rules.channel_in_residual(case), None)
+
+
+def motion_in_residual(case: Explanation) -> str | None:
+    """The doubt that a motion is left, if any."""
+    return next(verdict_rules.motion_in_residual(case), None)
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from diagnosis.decision.iron import survival
+from diagnosis.decision.conclusion import survival
 from diagnosis.library.candidates import (
     Candidate,
     amplitude_and_phase,

@@ -42,7 +42,8 @@ def test_the_form_of_a_cause_belongs_to_it_and_is_no_second_name() -> None:
     conclusion = conclude(select(posed))
     first, second = conclusion.accepted
     assert len(explain(posed, conclusion, ()).named) == 2
-    joined = replace(conclusion, accepted=(first, replace(second, form_of=first.name)))
+    accepted = (first, replace(second, form_of=first.name))
+    joined = replace(conclusion, selection=replace(conclusion.selection, accepted=accepted))
     (one,) = explain(posed, joined, ()).named
     assert (one.name, [part.name for part in one.also]) == (first.name, [second.name])
     assert second.name in one.alternatives
