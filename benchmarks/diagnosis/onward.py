@@ -31,6 +31,7 @@ from benchmarks.diagnosis.truth import BASE, times  # noqa: E402
 from diagnosis.next_leg.advice import advised, are_equivalent  # noqa: E402
 from diagnosis.next_leg.legs import measured_along  # noqa: E402
 from diagnosis.problem.formulation import pose  # noqa: E402
+from diagnosis.problem.known import Known  # noqa: E402
 from diagnosis.result import Diagnosis  # noqa: E402
 from diagnosis.workflow import diagnose  # noqa: E402
 from recordings import Recording  # noqa: E402
@@ -209,7 +210,7 @@ def run(trial: Trial) -> Row:
 def _flown(scenario: Scenario, name: str, table: dict[str, Any], seed: int) -> Recording:
     """The recording of a flight of an instrument with the base's errors and a hidden one."""
     recording = measured_along(scenario)
-    state = pose(recording, plan(scenario, 0, 0).field_enu_nT, 5e4, ()).state
+    state = pose(recording, Known(plan(scenario, 0, 0).field_enu_nT, 5e4)).state
     truth = {name: [BASE[name], table] if name in BASE else table}
     effects = effect_table.build({**BASE, **truth}, None, "truth")
     return replace(recording, mag_nT=Chain(effects, seed).apply(state)[0])

@@ -18,7 +18,8 @@ from diagnosis.evidence.candidate_result import withdraw_names
 from diagnosis.evidence.reference_checks import gap_beside_iron_nT, pose_without_dip
 from diagnosis.problem.blocks import fit
 from diagnosis.problem.formulation import pose_again, refit_iron
-from diagnosis.problem.linear import LinearProblem, ReferenceCorrection
+from diagnosis.problem.known import ReferenceCorrection
+from diagnosis.problem.linear import LinearProblem
 from diagnosis.problem.motion import attitude_at, attitude_course, pauses_after, sample_noise
 from scenarios.arrays import Array
 from sim.effects.traits import LATE
@@ -132,8 +133,8 @@ def without_stated_effect(selection: Selection) -> Iterator[tuple[str, LinearPro
             f"The model's {effect.name} does not fit with any gain; it was left out and looked for anew.",
             f"Take the {effect.name} of the new model instead of the given one: not its size alone is wrong.",
         )
-        without = replace(problem, effects=rest, left_out=(*problem.left_out, effect))
-        posed = pose_again(without, problem.recording, problem.state.field_enu_nT, done)
+        left_out, corrections = (*problem.left_out, effect), (*problem.corrections, done)
+        posed = pose_again(problem, effects=rest, left_out=left_out, corrections=corrections)
         yield f"the model without its {effect.name}", posed
 
 
@@ -247,8 +248,9 @@ def _moved(problem: LinearProblem, q_at: CubicSpline, lead_s: float, falls: str)
         "would look the same.",
     )
     recording = replace(problem.recording, att_q=attitude_at(q_at, problem.recording.time_s + lead_s))
-    moved = pose_again(problem, recording, problem.state.field_enu_nT, done).without(~known_attitude(problem, lead_s))
-    return replace(moved, attitude_delay_s=problem.attitude_delay_s + lead_s)
+    delay_s, corrections = problem.attitude_delay_s + lead_s, (*problem.corrections, done)
+    moved = pose_again(problem, recording, attitude_delay_s=delay_s, corrections=corrections)
+    return moved.without(~known_attitude(problem, lead_s))
 
 
 WAYS: tuple[tuple[OtherProblems, IsBetter], ...] = (

@@ -8,8 +8,9 @@ import numpy as np
 
 from diagnosis.policy import Policy
 from diagnosis.problem.formulation import pose_again
-from diagnosis.problem.linear import LinearProblem, ReferenceCorrection
-from diagnosis.problem.motion import Level, sample_noise
+from diagnosis.problem.known import Level, ReferenceCorrection
+from diagnosis.problem.linear import LinearProblem
+from diagnosis.problem.motion import sample_noise
 from scenarios.arrays import Array
 from sim.rotation import to_body
 from validation.signals.amplitude import column_rms, rms
@@ -34,7 +35,8 @@ def correct_reference(problem: LinearProblem) -> LinearProblem:
     still give the vertical, so that strength and dip of the field are compared.
     """
     if (misread := find_misread_field(problem)) is not None:
-        problem = pose_again(problem, problem.recording, misread.field_enu_nT, misread)
+        corrections = (*problem.corrections, misread)
+        problem = pose_again(problem, given_enu_nT=misread.field_enu_nT, corrections=corrections)
     if (noises := find_own_compass(problem)) is not None:
         given, bare = problem.state.field_enu_nT, replace(problem.recording, att_q=None)
         level = Level.of(problem.state.R_wb, given, problem.policy, problem.track)
@@ -45,7 +47,7 @@ def correct_reference(problem: LinearProblem) -> LinearProblem:
             "was left out."
         )
         correction = ReferenceCorrection(STEEP if level is None else COMPASS, figures, given)
-        problem = pose_again(problem, bare, None, correction, level)
+        problem = pose_again(problem, bare, level=level, corrections=(*problem.corrections, correction))
     return problem
 
 
@@ -59,7 +61,7 @@ def pose_without_dip(problem: LinearProblem, dip_nT: float) -> LinearProblem:
         f"({figure(np.degrees(dip_nT / strength_nT), 2)} degrees), "
         "as roll and pitch that err make it: only the field's strength was compared."
     )
-    return pose_again(replace(problem, corrections=tuple(before)), problem.recording, None, replace(done, words=words))
+    return pose_again(problem, level=None, corrections=(*before, replace(done, words=words)))
 
 
 def find_misread_field(problem: LinearProblem) -> ReferenceCorrection | None:

@@ -10,6 +10,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from diagnosis.problem.formulation import pose
+from diagnosis.problem.known import Known
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.problem.motion import motion_of
 from recordings import Recording
@@ -86,7 +87,7 @@ class CandidateLeg:
         enu_nT = like.state.field_enu_nT
         state = motion_of(recording, enu_nT, like.policy, None)
         flown = replace(recording, mag_nT=apply_deterministic(always, state)[0])
-        posed = pose(flown, enu_nT, float(np.linalg.norm(enu_nT)), like.effects, like.policy)
+        posed = pose(flown, Known(enu_nT, float(np.linalg.norm(enu_nT)), like.effects, like.policy))
         return replace(posed, sigma_nT=like.sigma_nT)
 
 

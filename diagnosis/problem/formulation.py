@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from scipy.fft import dct, idct
 
 from calib.numerics.noise import white_noise_std
 from diagnosis.policy import STANDARD, Policy
-from diagnosis.problem.linear import LinearProblem, ReferenceCorrection
-from diagnosis.problem.motion import FieldTrack, Level, attitude_at_its_time, motion_of
+from diagnosis.problem.known import FieldTrack, Known, ReferenceCorrection
+from diagnosis.problem.linear import LinearProblem
+from diagnosis.problem.motion import attitude_at_its_time, motion_of
 from diagnosis.problem.sensors import recorded_reference
 from diagnosis.problem.strength import fit_iron, strength_problem
-from diagnosis.problem.vector import relative_problem, still_problem, vector_problem, with_attitude_std
+from diagnosis.problem.vector import relative_problem, still_problem, vector_problem
 from recordings import Recording
 from recordings.channels import SCALAR
 from scenarios.arrays import Array
@@ -22,7 +24,6 @@ from scenarios.errors import InputError
 from scenarios.spec import FieldSpec
 from sim.chain import apply_deterministic
 from sim.effects import EFFECTS
-from sim.effects.base import Effect
 from sim.effects.chain_position import without_iron
 from sim.field import earth_field_enu_nT
 from sim.scenario import Model
@@ -36,15 +37,7 @@ LONGEST_S = min(p.high for effect in EFFECTS for p in effect.parameters() if p.r
 """Upper bound of the step-time parameters of all effects."""
 
 
-def pose(
-    recording: Recording,
-    field_enu_nT: Array | None,
-    strength_nT: float,
-    effects: tuple[Effect, ...],
-    policy: Policy = STANDARD,
-    track: FieldTrack | None = None,
-    level: Level | None = None,
-) -> LinearProblem:
+def pose(recording: Recording, known: Known) -> LinearProblem:
     """The problem of a recording: in vector mode with attitude and field vector, in strength mode otherwise.
 
     With a level in place of attitude the dip is compared as well. A recorded reference magnetometer replaces the field.
@@ -54,8 +47,8 @@ def pose(
     Raises InputError for a recording too short for held-out segments or longer than `LONGEST_S`, and in strength mode
     for a motion that does not determine an ellipsoid.
     """
-    if len(recording) < policy.least_samples:
-        what = f"{len(recording)} samples, at least {policy.least_samples} are needed"
+    if len(recording) < known.policy.least_samples:
+        what = f"{len(recording)} samples, at least {known.policy.least_samples} are needed"
         do = "give a longer recording; magbench calibrate needs ten samples only"
         raise InputError(what, where="recording", do=do)
     if (length_s := float(np.ptp(recording.time_s))) > LONGEST_S:
@@ -63,15 +56,13 @@ def pose(
         do = "give a part of it; or if its time stamps are no seconds, say so by --map time_s=COLUMN,unit=us"
         raise InputError(what, where="recording", do=do)
     if (reference_nT := recorded_reference(recording)) is not None:
-        return relative_problem(recording, reference_nT, effects, policy)
-    if recording.att_q is not None and field_enu_nT is not None:
-        problem = vector_problem(recording, field_enu_nT, effects, policy, track)
-    elif level is None and at_rest(recording, strength_nT, policy):
-        problem = still_problem(recording, effects, policy)
+        return relative_problem(recording, reference_nT, known)
+    if recording.att_q is not None and known.given_enu_nT is not None:
+        problem = vector_problem(recording, known.given_enu_nT, known)
+    elif known.level is None and at_rest(recording, known.strength_nT, known.policy):
+        problem = still_problem(recording, known)
     else:
-        given_nT = field_enu_nT if level is None else level.field_enu_nT
-        any_nT = np.array([0.0, strength_nT, 0.0]) if given_nT is None else given_nT
-        problem = strength_problem(recording, any_nT, effects, policy, track, level)
+        problem = strength_problem(recording, known)
     return without_their_noise(problem)
 
 
@@ -90,25 +81,27 @@ def pose_model(
 
     Raises InputError as `pose` does, and for an invalid effect table of the model.
     """
-    effects = model.chain() if iron_known else without_iron(model.chain())
-    track, delay_s = FieldTrack.of(recording, model.field), model.navigation.attitude_delay_s
+    track, navigation = FieldTrack.of(recording, model.field), model.navigation
     if field_enu_nT is None and model.field is not None:
         field_enu_nT = _field_enu_nT(model.field, track)
-    strength = strength_nT or NOMINAL_NT if field_enu_nT is None else float(np.linalg.norm(field_enu_nT))
-    in_time, share, unknown = attitude_at_its_time(recording, delay_s, policy)
-    problem = pose(in_time, field_enu_nT, strength, effects, policy, track)
-    if problem.turns:
-        problem = replace(problem, corrections=_told_of_repeated(share)).without(unknown)
-    known = iron_known and not (problem.still or problem.relative)
-    stated_deg = 0.0 if problem.relative else model.navigation.attitude_noise_std_deg
-    stated = replace(problem, iron_known=known, attitude_delay_s=delay_s)
-    return with_attitude_std(stated, float(np.radians(stated_deg)))
-
-
-def _told_of_repeated(share: float) -> tuple[ReferenceCorrection, ...]:
+    known = Known(
+        field_enu_nT,
+        strength_nT or NOMINAL_NT if field_enu_nT is None else float(np.linalg.norm(field_enu_nT)),
+        model.chain() if iron_known else without_iron(model.chain()),
+        policy,
+        track,
+        iron_known=iron_known,
+        attitude_std_rad=float(np.radians(navigation.attitude_noise_std_deg)),
+        attitude_delay_s=navigation.attitude_delay_s,
+    )
+    in_time, share, unknown = attitude_at_its_time(recording, navigation.attitude_delay_s, policy)
+    problem = pose(in_time, known)
+    if not problem.turns:
+        return problem
     words = f"The attitude is repeated in {100 * share:.0f} % of the rows, and was taken between its own values."
     figures = "Log the attitude with its own times, or leave the cells empty in which it is not new."
-    return (ReferenceCorrection(words, figures),) if share else ()
+    told = (ReferenceCorrection(words, figures),) if share else ()
+    return replace(problem, corrections=told).without(unknown)
 
 
 def simulated_nT(recording: Recording, model: Model, policy: Policy = STANDARD) -> Array:
@@ -124,37 +117,19 @@ def _field_enu_nT(given: FieldSpec, track: FieldTrack | None) -> Array:
     return earth_field_enu_nT(given) if track is None or given.enu_nT is not None else track.field_enu_nT
 
 
-def pose_again(
-    problem: LinearProblem,
-    recording: Recording,
-    field_enu_nT: Array | None,
-    done: ReferenceCorrection,
-    level: Level | None = None,
-) -> LinearProblem:
-    """The problem of a corrected recording and field, None for strength (and dip) alone; all else unchanged.
+def pose_again(problem: LinearProblem, recording: Recording | None = None, **changes: Any) -> LinearProblem:
+    """The problem with changes of what is known, and of another recording if given; all else as before.
 
-    done : the correction, with the field (3,) that now holds if it changed. Raises InputError as `pose` does.
+    Raises InputError as `pose` does.
     """
-    holds_enu_nT = field_enu_nT if done.field_enu_nT is None else done.field_enu_nT
-    strength_nT = float(np.linalg.norm(problem.state.field_enu_nT if holds_enu_nT is None else holds_enu_nT))
-    anew = pose(recording, field_enu_nT, strength_nT, problem.effects, problem.policy, problem.track, level)
-    return _as_known(replace(anew, corrections=(*problem.corrections, done)), problem)
+    known = replace(problem.known, **changes)
+    return pose(problem.recording if recording is None else recording, known).without(problem.usable == 0)
 
 
 def refit_iron(problem: LinearProblem, disturbance_nT: Array) -> LinearProblem:
     """A strength problem with iron fitted after a disturbance (n, 3) of the measurement is subtracted."""
-    recording, field_enu_nT, effects = problem.recording, problem.state.field_enu_nT, problem.effects
-    track, level = problem.track, problem.level
-    anew = strength_problem(recording, field_enu_nT, effects, problem.policy, track, level, disturbance_nT)
-    state = replace(anew.state, channels=problem.state.channels)
-    return _as_known(replace(anew, state=state, corrections=problem.corrections), problem)
-
-
-def _as_known(anew: LinearProblem, problem: LinearProblem) -> LinearProblem:
-    """A problem posed again, with what is known of the recording and the model whatever the reference."""
-    names = ("iron_known", "attitude_delay_s", "left_out", "wrong_values")
-    kept = replace(anew, **{name: getattr(problem, name) for name in names})
-    return with_attitude_std(kept, problem.attitude_std_rad).without(problem.usable == 0)
+    anew = strength_problem(problem.recording, problem.known, disturbance_nT)
+    return replace(anew, state=replace(anew.state, channels=problem.state.channels)).without(problem.usable == 0)
 
 
 def at_rest(recording: Recording, strength_nT: float, policy: Policy) -> bool:

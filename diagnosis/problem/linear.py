@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any, Literal
 
@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 
-from diagnosis.policy import STANDARD, Policy
-from diagnosis.problem.motion import FieldTrack, Level, pauses_after
+from diagnosis.problem.known import Known
+from diagnosis.problem.motion import pauses_after
 from recordings import Recording
 from scenarios.arrays import Array
 from sim.chain import apply_deterministic
@@ -38,20 +38,8 @@ IN_EARTH_FRAME = frozenset({"attitude", "position"})
 """Inputs of effects that are not observable in the strength alone, nor between two magnetometers: common to both."""
 
 
-@dataclass(frozen=True)
-class ReferenceCorrection:
-    """An error of the given reference and its correction, as a sentence and as advice with figures.
-
-    field_enu_nT (3,): the field east, north, up that holds after the correction; None if the given field still holds.
-    """
-
-    words: str
-    figures: str
-    field_enu_nT: Array | None = None
-
-
-@dataclass(frozen=True)
-class LinearProblem:
+@dataclass(frozen=True, kw_only=True)
+class LinearProblem(Known):
     """A recording and a model as ``y = B beta + E c + noise``, with q outputs for each sample.
 
     mode "vector": q = 3, y the measured axes less a first fit of B = [predicted field, 1] on each axis: hard and soft
@@ -62,19 +50,12 @@ class LinearProblem:
     coefficients. `usable` (n,): 0 for invalid samples (repeated, clipped, spikes), else 1. `turn` (3, 3): from the
     undisturbed to the measured field; `clean_nT` (n, 3): prediction of the fitted base; `predicted_nT` (n, 3):
     prediction of the given model. `beyond_nT` (n, 3): the part of `clean_nT` by effects beyond iron, which the base
-    does not scale. `inputs`: measured inputs, see `Effect.needs`. `attitude_std_rad`: error of
-    navigation stated by the model, 0 if none. `iron_known`: the model's iron is the instrument's, and a difference is a
-    finding. `policy`: thresholds of the evidence. `still`: sensor at rest, y the measured axes about a constant.
-    `relative`: the field is the reading of a reference magnetometer. `corrections`: corrections of a wrong reference.
-    `track`: changes of the field with the place. `level`: vertical direction, where roll and pitch are known and the
-    heading is not. `attitude_delay_s`: time by which the recorded attitude is late, stated by the model or found; the
-    attitude of `recording` is moved by it. `left_out`: effects of the model that are looked for anew.
-    `wrong_values`: rare wrong values were found and left out, of which those within the noise remain.
+    does not scale. `inputs`: measured inputs, see `Effect.needs`. `still`: sensor at rest, y the measured axes about a
+    constant. `relative`: the field is the reading of a reference magnetometer.
     """
 
     recording: Recording
     state: State
-    effects: tuple[Effect, ...]
     base: Array
     target: Array
     sigma_nT: Array
@@ -83,19 +64,15 @@ class LinearProblem:
     clean_nT: Array
     predicted_nT: Array
     inputs: frozenset[str]
-    attitude_std_rad: float = 0.0
-    iron_known: bool = True
-    policy: Policy = STANDARD
     still: bool = False
     relative: bool = False
-    corrections: tuple[ReferenceCorrection, ...] = ()
-    track: FieldTrack | None = None
-    level: Level | None = None
     output_axes: Array | None = None
     beyond_nT: Array | float = 0.0
-    attitude_delay_s: float = 0.0
-    left_out: tuple[Effect, ...] = ()
-    wrong_values: bool = False
+
+    @property
+    def known(self) -> Known:
+        """What is known beside the recording."""
+        return Known(**{field.name: getattr(self, field.name) for field in fields(Known)})
 
     @property
     def mode(self) -> Mode:
@@ -106,12 +83,6 @@ class LinearProblem:
     def offset_nT(self) -> Array:
         """Constant (3,) in nT of the fitted base: what is measured without a field."""
         return np.asarray((self.clean_nT - self.beyond_nT).mean(axis=0) - self.turn @ self.state.field_nT.mean(axis=0))
-
-    @property
-    def corrected_field_enu_nT(self) -> Array | None:
-        """The field (3,) east, north, up that the last correction of the field found; None if the given one holds."""
-        found = (done.field_enu_nT for done in reversed(self.corrections))
-        return next((field_enu_nT for field_enu_nT in found if field_enu_nT is not None), None)
 
     @property
     def outputs(self) -> tuple[str, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -10,12 +10,12 @@ import numpy as np
 from calib.numerics.rates import body_rate
 from diagnosis.policy import Policy
 from diagnosis.problem.blocks import largest_excess
+from diagnosis.problem.known import Known, Level
 from diagnosis.problem.linear import LinearProblem, about_model_effects
-from diagnosis.problem.motion import FieldTrack, Level, measured, noise_of_neighbours, outliers, state_of
+from diagnosis.problem.motion import measured, noise_of_neighbours, outliers, state_of
 from diagnosis.problem.sensors import measured_strength
 from recordings import Recording
 from scenarios.arrays import Array
-from sim.effects.base import Effect
 from sim.state import State
 from validation.signals.direction_rate import median_rate_rad_s
 
@@ -36,29 +36,22 @@ DIP_ERROR_RAD = 0.02
 """Standard deviation of a given field's dip: a prior."""
 
 
-def strength_problem(
-    recording: Recording,
-    field_enu_nT: Array,
-    effects: tuple[Effect, ...],
-    policy: Policy,
-    track: FieldTrack | None = None,
-    level: Level | None = None,
-    disturbance_nT: Array | float = 0.0,
-) -> LinearProblem:
+def strength_problem(recording: Recording, known: Known, disturbance_nT: Array | float = 0.0) -> LinearProblem:
     """The problem of the strength, see `LinearProblem`, with iron fitted after a known disturbance is subtracted.
 
     With the part d (n, 3) of the measurement m subtracted, ``h = M (m - d - o)`` and ``u = h / |h|``; ``y = |h| - F + u
     M d``, to first order independent of d, so that effects and iron are estimated jointly by iteration. A recorded
     scalar magnetometer, which must be compensated, replaces the given F sample by sample. With a level the dip is
     compared as well: ``F (dip(h) - I) + v M d``, v the direction across u of increasing dip. The model's effects other
-    than iron are subtracted from m first. field_enu_nT (3,): the given field, in any direction if none is known.
+    than iron are subtracted from m first.
     """
-    strength_nT, F_nT = float(np.linalg.norm(field_enu_nT)), measured_strength(recording)
+    F_nT, given_enu_nT, track = measured_strength(recording), known.given_enu_nT, known.track
     if F_nT is None:
-        F_nT = np.full((len(recording), 1), strength_nT) + (0.0 if track is None else track.change_nT[:, None])
-    middle_nT = field_enu_nT * (float(np.median(F_nT)) / strength_nT if track is None else 1.0)
-    pose = partial(_about_iron, recording, F_nT, middle_nT, disturbance_nT, level, effects, policy)
-    return replace(about_model_effects(pose), track=track, level=level)
+        F_nT = np.full((len(recording), 1), known.strength_nT) + (0.0 if track is None else track.change_nT[:, None])
+    middle_nT = np.array([0.0, known.strength_nT, 0.0]) if given_enu_nT is None else given_enu_nT
+    if track is None:
+        middle_nT = middle_nT * (float(np.median(F_nT)) / known.strength_nT)
+    return about_model_effects(partial(_about_iron, recording, F_nT, middle_nT, disturbance_nT, known))
 
 
 def _about_iron(
@@ -66,15 +59,14 @@ def _about_iron(
     F_nT: Array,
     middle_nT: Array,
     disturbance_nT: Array | float,
-    level: Level | None,
-    effects: tuple[Effect, ...],
-    policy: Policy,
+    known: Known,
     beyond_nT: Array | float,
 ) -> LinearProblem:
     """The problem of strengths (n, 1), iron fitted to the measurement less a disturbance and the effects beyond iron.
 
     middle_nT (3,): the field east, north, up in the middle.
     """
+    level, policy = known.level, known.policy
     mag_nT = recording.mag_nT - beyond_nT - disturbance_nT
     iron = fit_iron(mag_nT, F_nT[:, 0], recording.time_s, policy, level)
     output_axes, off_nT = compared(iron.field_nT(mag_nT), F_nT, level)
@@ -83,9 +75,9 @@ def _about_iron(
     off_nT += np.einsum("nqi,ni->nq", output_axes @ iron.matrix, recording.mag_nT - beyond_nT - mag_nT)
     clean_nT = field_nT @ iron.turn.T + iron.offset_nT + beyond_nT
     return LinearProblem(
+        **vars(known),
         recording=recording,
         state=_state(recording, field_nT, middle_nT, level),
-        effects=effects,
         base=strength_columns(output_axes[:, 0]) if level is None else dip_columns(output_axes) / sigma[:, None],
         target=off_nT / sigma,
         sigma_nT=sigma,
@@ -94,7 +86,6 @@ def _about_iron(
         clean_nT=clean_nT,
         predicted_nT=clean_nT,
         inputs=measured(recording) | {"rate"},  # of the field that is measured
-        policy=policy,
         output_axes=output_axes,
         beyond_nT=beyond_nT,
     )

@@ -9,9 +9,9 @@ import numpy as np
 
 from calib.numerics.rates import body_rate, smoothed_derivative
 from diagnosis.policy import Policy
+from diagnosis.problem.known import Known
 from diagnosis.problem.linear import IN_EARTH_FRAME, LinearProblem, about_model_effects
 from diagnosis.problem.motion import (
-    FieldTrack,
     held,
     measured,
     motion_of,
@@ -24,7 +24,6 @@ from recordings import Recording
 from recordings.channels import REFERENCE
 from scenarios.arrays import Array
 from sim.chain import apply_deterministic
-from sim.effects.base import Effect
 from sim.effects.chain_position import iron_matrix, without_iron
 from sim.rotation import cross
 from sim.state import State
@@ -37,30 +36,22 @@ STEPS = 3
 """Steps to the matrix: each squares the error of the preceding step."""
 
 
-def vector_problem(
-    recording: Recording,
-    field_enu_nT: Array,
-    effects: tuple[Effect, ...],
-    policy: Policy,
-    track: FieldTrack | None = None,
-) -> LinearProblem:
+def vector_problem(recording: Recording, field_enu_nT: Array, known: Known) -> LinearProblem:
     """The problem of the three axes, see `LinearProblem`, for a recording with attitude."""
-    state = motion_of(recording, field_enu_nT, policy, track)
-    return replace(_axes_problem(recording, state, effects, policy), track=track)
+    return _axes_problem(recording, motion_of(recording, field_enu_nT, known.policy, known.track), known)
 
 
-def still_problem(recording: Recording, effects: tuple[Effect, ...], policy: Policy) -> LinearProblem:
+def still_problem(recording: Recording, known: Known) -> LinearProblem:
     """The problem of three axes about a constant, see `LinearProblem`: iron and field are not separable at rest."""
     seen = replace(recording, gyro_rad_s=None, pos_enu_m=None)
     constant_nT = np.tile(np.median(recording.mag_nT, axis=0), (len(recording), 1))
     state = state_of(seen, constant_nT[0], constant_nT, field_rate_nT_s=np.zeros_like(constant_nT))
-    problem = about_model_effects(partial(_about_base, seen, state, np.ones((len(seen), 1)), effects, policy))
+    fitted = replace(known, iron_known=False)
+    problem = about_model_effects(partial(_about_base, seen, state, np.ones((len(seen), 1)), fitted))
     return replace(problem, recording=recording, still=True)
 
 
-def relative_problem(
-    recording: Recording, reference_nT: Array, effects: tuple[Effect, ...], policy: Policy
-) -> LinearProblem:
+def relative_problem(recording: Recording, reference_nT: Array, known: Known) -> LinearProblem:
     """The problem of the three axes, see `LinearProblem`, with a reference magnetometer r (n, 3) as the field.
 
     ``y = A r + o + effects + noise``, A (3, 3) and o free: mounting, scale, and the iron of either sensor. Effects are
@@ -71,43 +62,39 @@ def relative_problem(
     bare = replace(recording, att_q=None, pos_enu_m=None)
     own = {name: x for name, x in recording.channels.items() if name not in REFERENCE}
     seen = replace(bare, channels=own, gyro_rad_s=body_rate(recording))
-    kept = tuple(effect for effect in without_iron(effects) if not IN_EARTH_FRAME & set(effect.needs))
-    problem = _axes_problem(seen, _reference_state(seen, reference_nT, policy), kept, policy)
+    effects = (effect for effect in without_iron(known.effects) if not IN_EARTH_FRAME & set(effect.needs))
+    kept = replace(known, effects=tuple(effects), iron_known=False, attitude_std_rad=0.0)
+    problem = _axes_problem(seen, _reference_state(seen, reference_nT, known.policy), kept)
     return replace(problem, recording=bare, relative=True)
 
 
-def _axes_problem(recording: Recording, state: State, effects: tuple[Effect, ...], policy: Policy) -> LinearProblem:
+def _axes_problem(recording: Recording, state: State, known: Known) -> LinearProblem:
     """The problem of the axes about a free matrix on the field behind the model's iron, and an offset.
 
     The model's effects beyond iron are subtracted: a matrix on the whole prediction would span a motor's field in the
     body frame and take a wrong gain for iron.
     """
-    iron = [effect for effect in effects if effect.traits.absorbed]
-    iron_nT, predicted_nT = (apply_deterministic(chain, state)[0] for chain in (iron, effects))
+    iron = [effect for effect in known.effects if effect.traits.absorbed]
+    iron_nT, predicted_nT = (apply_deterministic(chain, state)[0] for chain in (iron, known.effects))
     base = np.column_stack([iron_nT / np.linalg.norm(state.field_enu_nT), np.ones(len(recording))])
-    problem = about_model_effects(partial(_about_base, recording, state, base, effects, policy))
+    problem = about_model_effects(partial(_about_base, recording, state, base, known))
     return replace(problem, predicted_nT=predicted_nT)
 
 
 def _about_base(
-    recording: Recording,
-    state: State,
-    base: Array,
-    effects: tuple[Effect, ...],
-    policy: Policy,
-    beyond_nT: Array | float,
+    recording: Recording, state: State, base: Array, known: Known, beyond_nT: Array | float
 ) -> LinearProblem:
     """The problem of the axes about a robust fit of a base (n, p), less contributions (n, 3) beyond the iron."""
-    mag_nT = recording.mag_nT - beyond_nT
+    mag_nT, policy = recording.mag_nT - beyond_nT, known.policy
     clean_nT = base @ robust_fit(base, mag_nT, policy)
     fresh = ~held(recording.mag_nT, mag_nT - clean_nT, policy)
     if not fresh.all():
         clean_nT = base @ robust_fit(base[fresh], mag_nT[fresh], policy)
     sigma = noise_of_neighbours(mag_nT - clean_nT, recording.mag_nT, state.time_s, policy)
     problem = LinearProblem(
+        **vars(known),
         recording=recording,
         state=state,
-        effects=effects,
         base=base,
         target=(mag_nT - clean_nT) / sigma,
         sigma_nT=sigma,
@@ -116,14 +103,28 @@ def _about_base(
         clean_nT=clean_nT + beyond_nT,
         predicted_nT=clean_nT + beyond_nT,
         inputs=measured(recording),
-        policy=policy,
         beyond_nT=beyond_nT,
     )
     return problem if recording.att_q is None else replace(problem, turn=_turn(problem))
 
 
-def _turn(problem: LinearProblem, least_rad: float = 0.0) -> Array:
-    """Matrix (3, 3) from the undisturbed to the measured field, estimated with a field error c and a delay d.
+def _turn(problem: LinearProblem) -> Array:
+    """Matrix (3, 3) from the undisturbed to the measured field.
+
+    A stated error of the attitude biases the matrix where the field varies little more: along such directions the
+    model's matrix holds.
+    """
+    least_rad, state = problem.policy.tenfold * problem.attitude_std_rad * problem.turns, problem.state
+    turn = _free_turn(problem, least_rad)
+    if not least_rad:
+        return turn
+    values, directions = np.linalg.eigh(np.cov(state.field_nT.T))
+    hidden = directions[:, values < (least_rad * np.linalg.norm(state.field_enu_nT)) ** 2]
+    return np.asarray(turn + (iron_matrix(problem.effects, state) - turn) @ hidden @ hidden.T)
+
+
+def _free_turn(problem: LinearProblem, least_rad: float) -> Array:
+    """The matrix of `_turn` estimated with a field error c and a delay d.
 
     ``M (R^T (F + c) + d dT/dt) + b``, T the field in the body frame, is fitted in steps linear in M, b, c and d;
     without c and d the matrix would absorb them. Priors hold c and d at zero where the motion does not determine them:
@@ -143,22 +144,6 @@ def _turn(problem: LinearProblem, least_rad: float = 0.0) -> Array:
         c = np.linalg.lstsq(flat.T @ flat + prior, flat.T @ problem.target.ravel(), rcond=1e-12)[0]
         turn = fit_matrix(state.field_nT, clean - Q @ (Q.T @ (E @ c)))
     return turn
-
-
-def with_attitude_std(problem: LinearProblem, attitude_std_rad: float) -> LinearProblem:
-    """The problem of a model that states an attitude error of navigation, one standard deviation in rad.
-
-    The attitude error biases the matrix where the field varies little more: along such directions the model's matrix
-    holds.
-    """
-    stated = replace(problem, attitude_std_rad=attitude_std_rad)
-    if attitude_std_rad == 0 or not problem.turns:
-        return stated
-    least_rad, state = problem.policy.tenfold * attitude_std_rad, problem.state
-    turn = _turn(problem, least_rad)
-    values, directions = np.linalg.eigh(np.cov(state.field_nT.T))
-    hidden = directions[:, values < (least_rad * np.linalg.norm(state.field_enu_nT)) ** 2]
-    return replace(stated, turn=turn + (iron_matrix(problem.effects, state) - turn) @ hidden @ hidden.T)
 
 
 def fit_matrix(field: Array, clean: Array) -> Array:

@@ -164,7 +164,5 @@ def _with_iron_fitted(problem: LinearProblem, mag_nT: Array, use: NDArray[np.boo
         turn = problem.turn if problem.still else fit_matrix(field_nT[use], clean_nT)
         offset_nT = clean_nT.mean(axis=0) - turn @ field_nT[use].mean(axis=0)
         return replace(problem, turn=turn, clean_nT=field_nT @ turn.T + offset_nT + problem.beyond_nT)
-    track = None if problem.track is None else problem.track.at(use)
-    level = None if problem.level is None else problem.level.at(use)
     seen = replace(problem.recording, mag_nT=mag_nT).taken(use)
-    return strength_problem(seen, problem.state.field_enu_nT, problem.effects, problem.policy, track, level)
+    return strength_problem(seen, problem.known.at(use))

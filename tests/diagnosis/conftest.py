@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from diagnosis.problem.formulation import pose
+from diagnosis.problem.known import Known
 from diagnosis.result import Diagnosis
 from diagnosis.workflow import diagnose
 from recordings import Recording
@@ -54,7 +55,7 @@ def _flown(scenario: str, whole: bool = False) -> tuple[Recording, State, Prepar
             if not key.startswith(("true_", "effect")):
                 columns.setdefault(key, []).append(values)
     recording = recording_of({key: np.concatenate(parts) for key, parts in columns.items()})
-    return recording, pose(recording, made.field_enu_nT, 5e4, ()).state, made
+    return recording, pose(recording, Known(made.field_enu_nT, 5e4)).state, made
 
 
 @pytest.fixture

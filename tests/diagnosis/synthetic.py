@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from diagnosis.policy import STANDARD, Policy
 from diagnosis.problem.formulation import pose
+from diagnosis.problem.known import Known
 from diagnosis.problem.linear import LinearProblem
 from recordings import Recording
 from recordings.columns import group_of
@@ -44,7 +45,7 @@ def recording(
         current_A=np.column_stack([2 + np.sin(0.31 * t), 1 + 0.5 * np.cos(0.47 * t) ** 3]),
         channels={name: np.sin(0.23 * t + k) ** 2 for k, name in enumerate(OTHER_CAUSES)},
     )
-    state = pose(made, FIELD_ENU_NT, STRENGTH_NT, ()).state
+    state = pose(made, Known(FIELD_ENU_NT, STRENGTH_NT)).state
     tables = {"white_noise": {"std_nT": [noise_nT] * 3}, **(hidden or {})}
     return _with(made, Chain(effect_table.build(tables, None, "test"), seed).apply(state)[0])
 
@@ -53,7 +54,7 @@ def problem(
     given: Recording | None = None, model: tuple[Effect, ...] = (), policy: Policy = STANDARD, **made: Any
 ) -> LinearProblem:
     """The problem that a recording and a model pose; made by `recording` if none is given."""
-    return pose(recording(**made) if given is None else given, FIELD_ENU_NT, STRENGTH_NT, model, policy)
+    return pose(recording(**made) if given is None else given, Known(FIELD_ENU_NT, STRENGTH_NT, model, policy))
 
 
 def without_attitude(given: Recording) -> Recording:

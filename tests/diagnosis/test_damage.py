@@ -19,6 +19,7 @@ from diagnosis.library.candidates import propose_candidates
 from diagnosis.policy import STANDARD
 from diagnosis.problem.blocks import held_out_folds
 from diagnosis.problem.formulation import pose
+from diagnosis.problem.known import Known
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.workflow import diagnose
 from sim.processes import GaussMarkov
@@ -68,7 +69,7 @@ def _problem(recording: Any, model: ModelSpec) -> LinearProblem:
     assert model.field.enu_nT is not None
     field = np.array(model.field.enu_nT)
     effects = model.chain()
-    return pose(recording, field, float(np.linalg.norm(field)), effects)
+    return pose(recording, Known(field, float(np.linalg.norm(field)), effects))
 
 
 def _fixed(problem: LinearProblem) -> list[compare.Evidence]:

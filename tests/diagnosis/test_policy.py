@@ -21,7 +21,8 @@ DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not 
 GUARDS = {
     "formulation.py": {"NOMINAL_NT"},
     "reference_checks.py": {"MISREAD", "LEAST_SHOWN_NT"},
-    "motion.py": {"NODES", "ANY_DATE", "HIGHEST_M", "LEAST_NOISE"},
+    "known.py": {"NODES", "ANY_DATE", "HIGHEST_M"},
+    "motion.py": {"LEAST_NOISE"},
     "vector.py": {"FIELD_ERROR", "DELAY_S", "STEPS"},
     "second_passes.py": {"FARTHEST", "SETTLED_S"},
     "projections.py": {"GONE"},

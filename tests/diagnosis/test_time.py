@@ -15,6 +15,7 @@ from diagnosis.evidence.held_out import judge_candidate
 from diagnosis.library.candidates import Candidate, propose_candidates
 from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose
+from diagnosis.problem.known import Known
 from diagnosis.problem.motion import noise_of_neighbours
 from recordings import Recording
 from scenarios.arrays import Array
@@ -46,7 +47,7 @@ def test_a_delay_is_one_and_no_low_pass_that_is_taken_twice(held: float) -> None
     time_s, rng = ROW_S * np.arange(12_000), np.random.default_rng(9)
     mag_nT = _turn(time_s - DELAY_S, 0.8).inv().apply(FIELD_ENU_NT) + 60 * rng.normal(size=(len(time_s), 3))
     last = np.maximum.accumulate(np.where(rng.random(len(time_s)) < held, 0, np.arange(len(time_s))))
-    posed = pose(_moved(time_s, mag_nT[last], 0.8), FIELD_ENU_NT, STRENGTH_NT, ())
+    posed = pose(_moved(time_s, mag_nT[last], 0.8), Known(FIELD_ENU_NT, STRENGTH_NT))
     (found,) = select(posed.without(held_rows(posed))).accepted
     assert found.name == Latency.name
     assert dict(found.evidence.candidate.nonlinear)["delay_s"] == pytest.approx(DELAY_S, abs=0.0005)
@@ -59,7 +60,7 @@ def test_what_is_held_out_gains_no_more_than_what_is_fitted(seed: int) -> None:
     motion = _turn(BURSTS_S, 4e-4, seed)
     mag_nT = motion.inv().apply(FIELD_ENU_NT) + 5 * rng.normal(size=(len(BURSTS_S), 3))
     rate = (motion.inv() * _turn(BURSTS_S + 1e-4, 4e-4, seed)).as_rotvec() / 1e-4 + 1e-3 * rng.normal(size=mag_nT.shape)
-    baseline = Baseline.of(pose(Recording(time_s=BURSTS_S, mag_nT=mag_nT, gyro_rad_s=rate), None, STRENGTH_NT, ()))
+    baseline = Baseline.of(pose(Recording(time_s=BURSTS_S, mag_nT=mag_nT, gyro_rad_s=rate), Known(None, STRENGTH_NT)))
     for name, several in propose_candidates(baseline.problem).items():
         found = judge_candidate(baseline, several)
         fitted = 0.0 if found is None else len(BURSTS_S) * found.strength**2 / 2
@@ -70,7 +71,7 @@ def test_what_remembers_begins_anew_after_a_pause() -> None:
     """A delay by two rows: the third sample of a burst is the first one, whatever was a minute before."""
     time_s = BURSTS_S[:300]
     mag_nT = _turn(time_s, 0.02).inv().apply(FIELD_ENU_NT)
-    posed = pose(_moved(time_s, mag_nT, 0.02), FIELD_ENU_NT, STRENGTH_NT, ())
+    posed = pose(_moved(time_s, mag_nT, 0.02), Known(FIELD_ENU_NT, STRENGTH_NT))
     late = Candidate(Latency, (("delay_s", 0.04),)).contribution_nT(posed)[:, :, 0].reshape(30, 10, 3)
     a_minute = np.abs(np.diff(mag_nT.reshape(30, 10, 3)[:, 0], axis=0)).max()
     assert len(posed.sections) == 30

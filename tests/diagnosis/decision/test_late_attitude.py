@@ -23,8 +23,9 @@ from diagnosis.evidence.baseline import Baseline
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose
+from diagnosis.problem.known import FieldTrack, Known
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.problem.motion import FieldTrack, attitude_course
+from diagnosis.problem.motion import attitude_course
 from diagnosis.result import Diagnosis
 from diagnosis.verdict import Verdict
 from diagnosis.workflow import diagnose
@@ -57,7 +58,7 @@ def field_at(time_s: Array) -> Array:
 
 
 def posed(mag_nT: Array, att_q: Array) -> LinearProblem:
-    return pose(Recording(time_s=TIME_S, mag_nT=mag_nT, att_q=att_q), FIELD_ENU_NT, 5e4, ())
+    return pose(Recording(time_s=TIME_S, mag_nT=mag_nT, att_q=att_q), Known(FIELD_ENU_NT, 5e4))
 
 
 def course_of(problem: LinearProblem) -> CubicSpline:
@@ -193,5 +194,5 @@ def test_a_gyro_says_by_how_much_an_attitude_is_late(late_s: float, agrees: bool
     gyro_rad_s = np.zeros((len(TIME_S), 3))
     gyro_rad_s[1:-1] = (turn[:-2].inv() * turn[2:]).as_rotvec() / (TIME_S[2] - TIME_S[0])
     log = Recording(TIME_S, field_at(TIME_S), gyro_rad_s=gyro_rad_s, att_q=hand_q(TIME_S - late_s))
-    assert gyro_agrees(pose(log, FIELD_ENU_NT, 5e4, ()), 0.12) is agrees
+    assert gyro_agrees(pose(log, Known(FIELD_ENU_NT, 5e4)), 0.12) is agrees
     assert not gyro_agrees(posed(field_at(TIME_S), hand_q(TIME_S - 0.12)), 0.12)

@@ -20,6 +20,7 @@ from diagnosis.decision.remarks import (
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose
+from diagnosis.problem.known import Known
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.result import Diagnosis, EvidenceKind
 from diagnosis.verdict import Verdict
@@ -63,7 +64,7 @@ def _flown(far_m: float, up_m: float, structure_nT: float, **changes: Any) -> An
 def test_a_model_whose_iron_does_not_fit_is_told_so(off_nT: float, told: bool, attitude: bool) -> None:
     """In 2 nT of noise; where a name says so it is not said again."""
     given = recording(hidden={"hard_iron": {"offset_nT": [off_nT, -off_nT, off_nT]}})
-    posed = pose(given if attitude else without_attitude(given), FIELD_ENU_NT, STRENGTH_NT, ())
+    posed = pose(given if attitude else without_attitude(given), Known(FIELD_ENU_NT, STRENGTH_NT))
     left_nT = Baseline.of(posed).residual() * posed.sigma_nT
     found: Any = SimpleNamespace(problem=posed, named=(), model=SimpleNamespace(chain=tuple), after_nT=left_nT)
     assert any("the iron has changed" in line for line in iron_remark(found)) is told
@@ -111,7 +112,7 @@ def test_a_height_is_read_where_it_is_known() -> None:
 def _posed(hidden: dict[str, Any], *, stated: float, iron_known: bool = True) -> LinearProblem:
     """A log without attitude beside a model that knows its iron, the strength stated as a multiple of the true one."""
     given = without_attitude(recording(hidden=IRON | hidden))
-    problem = pose(given, None, STRENGTH_NT * stated, tuple(effect_table.build(IRON, None, "test")))
+    problem = pose(given, Known(None, STRENGTH_NT * stated, tuple(effect_table.build(IRON, None, "test"))))
     return replace(problem, iron_known=iron_known)
 
 
@@ -179,7 +180,9 @@ def _axes(swap: Array, tilt_rad: float, noise_nT: float = 0.0) -> str | None:
     slow_nT = noise_nT * np.sqrt(2) * np.sin(np.outer(t, [0.41, 0.37, 0.29]))
     white_nT = np.random.default_rng(0).normal(size=(len(t), 3))
     att_q = turn.as_quat(scalar_first=True)
-    return axis_permutation(pose(Recording(t, mag_nT + slow_nT + white_nT, att_q=att_q), FIELD_ENU_NT, STRENGTH_NT, ()))
+    return axis_permutation(
+        pose(Recording(t, mag_nT + slow_nT + white_nT, att_q=att_q), Known(FIELD_ENU_NT, STRENGTH_NT))
+    )
 
 
 @pytest.mark.parametrize("tilt_rad", [0.5, 0.1])
@@ -225,5 +228,7 @@ def test_a_sensor_lies_along_other_axes_within_twenty_degrees(off_deg: float, to
 def test_a_strength_is_another_where_iron_fitted_anew_leaves_a_tenth_less(noise_share: float, told: bool) -> None:
     """Off by 100 nT beside so many times that in noise, which no iron takes up."""
     given = recording(noise_nT=100.0 * noise_share, hidden=IRON)
-    posed = pose(without_attitude(given), None, STRENGTH_NT + 100.0, tuple(effect_table.build(IRON, None, "test")))
+    posed = pose(
+        without_attitude(given), Known(None, STRENGTH_NT + 100.0, tuple(effect_table.build(IRON, None, "test")))
+    )
     assert (strength_residuals_nT(replace(posed, iron_known=True))[2] is not None) is told

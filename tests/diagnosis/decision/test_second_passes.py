@@ -13,6 +13,7 @@ from diagnosis.decision import second_passes
 from diagnosis.decision.second_passes import select_jointly
 from diagnosis.decision.selection import select
 from diagnosis.problem.formulation import pose
+from diagnosis.problem.known import Known
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.result import Diagnosis
 from diagnosis.verdict import Verdict
@@ -97,7 +98,7 @@ def test_iron_that_leaves_more_than_before_is_not_taken(monkeypatch: pytest.Monk
         return replace(problem, target=problem.target + gap)
 
     given = _turned_by_hand(1, 40.0, gain_nT_A=200.0)
-    posed = pose(given, None, float(np.hypot(0.42, 0.9075) * FIELD_NT), ())
+    posed = pose(given, Known(None, float(np.hypot(0.42, 0.9075) * FIELD_NT)))
     others = frozenset(BY_NAME) - {MotorCurrent.name}
     once = select(posed, others)
     monkeypatch.setattr(second_passes, "refit_iron", worse)
@@ -107,7 +108,7 @@ def test_iron_that_leaves_more_than_before_is_not_taken(monkeypatch: pytest.Monk
 
 def test_names_that_leave_more_than_was_there_are_none() -> None:
     """A white log of a level rover: iron fitted beside an eddy current of a tenth of the noise left a colour."""
-    posed = pose(_turned_by_hand(1, 40.0, gain_nT_A=200.0), None, float(np.hypot(0.42, 0.9075) * FIELD_NT), ())
+    posed = pose(_turned_by_hand(1, 40.0, gain_nT_A=200.0), Known(None, float(np.hypot(0.42, 0.9075) * FIELD_NT)))
     once = select(posed, frozenset(BY_NAME) - {MotorCurrent.name})
     assert once.accepted
     assert not once.before.clean

@@ -24,8 +24,8 @@ from diagnosis.evidence.noise_model import NoiseModel
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose
+from diagnosis.problem.known import Known, Level
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.problem.motion import Level
 from scenarios.arrays import Array
 from sim.effects.currents import MotorCurrent
 from sim.effects.iron import HardIron, HardIronDrift
@@ -170,7 +170,7 @@ def test_a_second_event_gains_as_much_beside_the_first_as_without_it() -> None:
 def _levelled() -> LinearProblem:
     given = recording(2000)
     level = Level.of(problem(given).state.R_wb, FIELD_ENU_NT, STANDARD)
-    return pose(without_attitude(given), None, STRENGTH_NT, (), level=level)
+    return pose(without_attitude(given), Known(FIELD_ENU_NT, STRENGTH_NT, level=level))
 
 
 def test_a_wander_of_the_axes_is_seen_as_a_constant_of_the_sensor_is() -> None:

@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from diagnosis.evidence.reference_checks import _own_east_nT, correct_reference, find_misread_field, find_own_compass
 from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose, pose_model
+from diagnosis.problem.known import Known
 from diagnosis.verdict import Verdict
 from diagnosis.workflow import diagnose
 from recordings import Recording, read_recording
@@ -32,7 +33,7 @@ GAPS = {
     ("given", "how"), [((EAST, NORTH, -UP), "the other sign"), ((NORTH, EAST, -UP), "north, east, down")]
 )
 def test_a_misread_field_is_told_and_read_right(given: tuple[float, float, float], how: str) -> None:
-    wrong = pose(recording(), np.array(given), STRENGTH_NT, ())
+    wrong = pose(recording(), Known(np.array(given), STRENGTH_NT))
     found = find_misread_field(wrong)
     assert found is not None
     assert how in found.words
@@ -74,14 +75,14 @@ def _level_circles() -> Recording:
 
 
 def test_on_level_circles_neither_can_be_told() -> None:
-    wrong = pose(_level_circles(), np.array([EAST, NORTH, -UP]), STRENGTH_NT, ())
+    wrong = pose(_level_circles(), Known(np.array([EAST, NORTH, -UP]), STRENGTH_NT))
     assert find_misread_field(wrong) is None
     assert find_own_compass(wrong) is None
 
 
 @pytest.mark.parametrize("calibration", [IRON, np.eye(3)], ids=["calibrated", "raw"])
 def test_a_heading_made_from_the_magnetometer_is_known(calibration: Array) -> None:
-    found = find_own_compass(pose(with_own_compass(0.3, calibration), FIELD_ENU_NT, STRENGTH_NT, ()))
+    found = find_own_compass(pose(with_own_compass(0.3, calibration), Known(FIELD_ENU_NT, STRENGTH_NT)))
     assert found is not None
     towards_east, elsewhere = found
     assert towards_east < 1
@@ -102,7 +103,7 @@ def test_beside_a_heading_of_its_own_compass_a_current_is_found_by_strength_and_
 
 
 def test_in_a_field_that_stands_upright_there_is_no_dip_to_compare() -> None:
-    posed = pose(with_own_compass(0.3, IRON), FIELD_ENU_NT, STRENGTH_NT, (), replace(STANDARD, trace=0.9))
+    posed = pose(with_own_compass(0.3, IRON), Known(FIELD_ENU_NT, STRENGTH_NT, (), replace(STANDARD, trace=0.9)))
     mended = correct_reference(posed)
     assert mended.compared == "strength"
     assert "only the field's strength was compared" in mended.corrections[0].words
@@ -114,14 +115,14 @@ def test_a_noisy_heading_of_its_own_is_not_taken_for_it() -> None:
     off = Rotation.from_euler("ZYX", np.radians([0.1, 0.5, 0.5]) * rng.normal(size=(len(given), 3)))
     turn = Rotation.from_quat(given.att_q[:, [1, 2, 3, 0]]) * off
     noisy = replace(given, att_q=turn.as_quat()[:, [3, 0, 1, 2]])
-    assert find_own_compass(pose(noisy, FIELD_ENU_NT, STRENGTH_NT, ())) is None
+    assert find_own_compass(pose(noisy, Known(FIELD_ENU_NT, STRENGTH_NT))) is None
 
 
 def test_a_sensor_with_a_noisy_vertical_axis_is_not_taken_for_it() -> None:
     """In a steep field it has most of its noise along the field, whoever made the heading."""
     given = recording()
     noisy_nT = given.mag_nT + [0.0, 0.0, 50.0] * np.random.default_rng(5).normal(size=(len(given), 3))
-    assert find_own_compass(pose(replace(given, mag_nT=noisy_nT), FIELD_ENU_NT, STRENGTH_NT, ())) is None
+    assert find_own_compass(pose(replace(given, mag_nT=noisy_nT), Known(FIELD_ENU_NT, STRENGTH_NT))) is None
 
 
 def test_a_glider_steers_by_its_own_compass(realdata) -> None:  # type: ignore[no-untyped-def]

@@ -14,8 +14,8 @@ from diagnosis.library.dipole_position import ThinnedPath
 from diagnosis.library.parameter_search import SEARCHES, refine_between_neighbours, search_parameters, step_gains
 from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose
+from diagnosis.problem.known import Known, Level
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.problem.motion import Level
 from recordings import Recording
 from scenarios.arrays import Array
 from sim.effects import EFFECTS
@@ -104,7 +104,7 @@ def test_noise_is_not_fitted_to_itself_where_a_sensor_rests() -> None:
     turn = Rotation.from_euler("ZYX", np.column_stack([yaw, tilt]))
     uneven = np.diag([1.0, 1.1, 2.0])
     mag = turn.inv().apply([200.0, 41_300.0, 8_300.0]) @ uneven + [0.0, 0.0, 20_000.0] + 45 * rng.normal(size=(4000, 3))
-    posed = pose(Recording(time_s=t, mag_nT=mag), None, 42_100.0, ())
+    posed = pose(Recording(time_s=t, mag_nT=mag), Known(None, 42_100.0))
     assert step_gains(posed, _left(posed), Candidate(_sought("moment"))).max() / 2 < 15
 
 
@@ -119,7 +119,7 @@ def test_so_it_is_of_strength_and_dip() -> None:
     given = recording(hidden={"offset_jump": {"time_s": 170.0, "step_nT": [3.0, -5.0, 4.0]}})
     assert given.att_q is not None
     level = Level.of(matrix_from_q(given.att_q), FIELD_ENU_NT, STANDARD)
-    posed = pose(without_attitude(given), None, STRENGTH_NT, (), level=level)
+    posed = pose(without_attitude(given), Known(FIELD_ENU_NT, STRENGTH_NT, level=level))
     _as_dense(posed.without(np.arange(4000) % 7 == 0), (1234, 1701))
     (found,) = search_parameters(posed, _left(posed), [Candidate(_sought("moment"))])
     assert dict(found.nonlinear)["time_s"] == pytest.approx(170.0, abs=1.0)
@@ -313,7 +313,7 @@ def test_a_step_explains_no_more_than_there_is_where_iron_explains_all_to_roundi
     turn, height = 0.6 * t, np.sin(0.21 * t)
     wide = np.sqrt(1 - height**2)
     mag = 40_000.0 * np.column_stack([wide * np.cos(turn), wide * np.sin(turn), height]) + [300.0, 0.0, 0.0]
-    posed = pose(Recording(time_s=t, mag_nT=mag), None, 40_000.0, ())
+    posed = pose(Recording(time_s=t, mag_nT=mag), Known(None, 40_000.0))
     left = _left(posed)
     gain = step_gains(posed, left, Candidate(_sought("moment")))
     assert gain.min() >= 0.0

@@ -16,6 +16,7 @@ from diagnosis.next_leg.advice import LegTable, advised, inflation_of
 from diagnosis.next_leg.legs import CandidateLeg, legs_of, measured_along
 from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose
+from diagnosis.problem.known import Known
 from diagnosis.workflow import diagnose
 from recordings import Recording
 from scenarios.toml import to_toml
@@ -45,7 +46,7 @@ def _motion() -> Recording:
 
 def _flown(scenario: Scenario, hidden: dict[str, Any], seed: int, recording: Recording | None = None) -> Recording:
     recording = recording or measured_along(scenario)
-    state = pose(recording, plan(scenario, 0, 0).field_enu_nT, 5e4, ()).state
+    state = pose(recording, Known(plan(scenario, 0, 0).field_enu_nT, 5e4)).state
     effects = effect_table.build({**BASE, **hidden}, None, "test")
     return replace(recording, mag_nT=Chain(effects, seed).apply(state)[0])
 

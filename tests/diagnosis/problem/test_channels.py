@@ -41,7 +41,7 @@ def test_what_the_magnetometer_sees_is_no_noise(seen: bool) -> None:
     warm = made.temperature_degC + spread
     mag_nT = made.mag_nT + (20.0 * spread[:, None] if seen else 0.0)
     posed = problem(replace(made, temperature_degC=warm, mag_nT=mag_nT))
-    raw = vector_problem(posed.recording, FIELD_ENU_NT, (), STANDARD)
+    raw = vector_problem(posed.recording, FIELD_ENU_NT, posed.known)
     assert np.array_equal(raw.state.channel(TEMPERATURE), warm)
     left = posed.state.channel(TEMPERATURE) - warm
     assert (left.std() == 0) if seen else (left + spread).std() < 0.3 * spread.std()

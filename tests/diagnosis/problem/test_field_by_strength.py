@@ -9,7 +9,7 @@ import pytest
 
 from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose
-from diagnosis.problem.motion import Level
+from diagnosis.problem.known import Known, Level
 from diagnosis.workflow import diagnose
 from sim.effects.earth import DiurnalDrift
 from sim.rotation import matrix_from_q
@@ -24,7 +24,7 @@ CHANGE = {"amplitude_enu_nT": [30.0, -80.0, 140.0], "period_s": 2000.0, "phase_d
 def test_the_attitude_of_the_problem_turns_the_measured_field_to_the_given_one(by_dip: bool) -> None:
     given = recording()
     level = Level.of(matrix_from_q(np.ascontiguousarray(given.att_q)), FIELD_ENU_NT, STANDARD) if by_dip else None
-    state = pose(without_attitude(given), FIELD_ENU_NT, STRENGTH_NT, (), level=level).state
+    state = pose(without_attitude(given), Known(FIELD_ENU_NT, STRENGTH_NT, level=level)).state
     turned = np.einsum("nij,nj->ni", state.R_wb, state.field_nT)
     assert np.allclose(np.linalg.det(state.R_wb), 1.0)
     assert np.allclose(turned / np.linalg.norm(turned, axis=1, keepdims=True), ALONG, atol=1e-9)

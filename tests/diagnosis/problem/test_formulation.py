@@ -11,9 +11,9 @@ from scipy.spatial.transform import Rotation
 
 from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose, pose_again, pose_model
-from diagnosis.problem.linear import LinearProblem, ReferenceCorrection
-from diagnosis.problem.motion import FieldTrack, quieter_rate
-from diagnosis.problem.vector import with_attitude_std
+from diagnosis.problem.known import FieldTrack, Known, ReferenceCorrection
+from diagnosis.problem.linear import LinearProblem
+from diagnosis.problem.motion import quieter_rate
 from diagnosis.repair.refinement import chain_residual
 from scenarios.errors import InputError
 from sim.effects.base import Effect
@@ -86,7 +86,7 @@ def test_an_error_of_the_attitude_that_is_stated_does_not_bend_the_turn(
     level_circles: LinearProblem, stated: bool
 ) -> None:
     """On level circles the field varies along the vertical by less than the attitude's error turns it."""
-    posed = with_attitude_std(level_circles, ERROR_RAD * stated)
+    posed = pose_again(level_circles, attitude_std_rad=ERROR_RAD * stated)
     off = np.abs(posed.turn - MATRIX).max()
     assert off < 0.06 if stated else off > 0.3
 
@@ -96,8 +96,8 @@ def test_what_a_model_states_and_what_was_done_hold_where_a_problem_is_posed_ane
 ) -> None:
     gone = np.arange(len(level_circles.recording)) < 100
     first, second = (ReferenceCorrection(words, "", FIELD_ENU_NT) for words in ("first", "second"))
-    before = replace(with_attitude_std(level_circles, ERROR_RAD).without(gone), corrections=(first,))
-    anew = pose_again(before, before.recording, FIELD_ENU_NT, second)
+    stated = pose_again(level_circles, attitude_std_rad=ERROR_RAD, corrections=(first,)).without(gone)
+    anew = pose_again(stated, corrections=(*stated.corrections, second))
     assert np.abs(anew.turn - MATRIX).max() < 0.06
     assert (anew.usable == ~gone).all()
     assert anew.corrections == (first, second)
@@ -122,7 +122,7 @@ def test_along_a_track_a_problem_is_posed_anew_with_its_field() -> None:
     given = recording(300)
     change = np.linspace(-3000.0, 3000.0, 300)[:, None] * [0.2, 1.0, 0.7]
     before = replace(problem(given), track=FieldTrack(FIELD_ENU_NT, change))
-    anew = pose_again(before, given, FIELD_ENU_NT, ReferenceCorrection("", "", FIELD_ENU_NT))
+    anew = pose_again(before, given_enu_nT=FIELD_ENU_NT)
     strength_nT = np.linalg.norm(FIELD_ENU_NT + change, axis=1)
     assert np.linalg.norm(anew.state.field_nT, axis=1) == pytest.approx(strength_nT)
 
@@ -195,7 +195,7 @@ def test_an_attitude_that_is_held_gives_way_to_the_gyro() -> None:
 
 def test_a_recording_too_short_to_cut_is_refused() -> None:
     with pytest.raises(InputError, match="at least 200"):
-        pose(recording(100), FIELD_ENU_NT, STRENGTH_NT, ())
+        pose(recording(100), Known(FIELD_ENU_NT, STRENGTH_NT))
 
 
 def test_iron_that_is_not_known_is_fitted_in_the_place_of_the_models() -> None:

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from diagnosis.decision.remarks import reference_remarks
 from diagnosis.problem.formulation import pose_model
-from diagnosis.problem.motion import FieldTrack
+from diagnosis.problem.known import FieldTrack
 from diagnosis.workflow import diagnose
 from recordings import Recording
 from recordings.channels import ALTITUDE, LATITUDE, LONGITUDE

@@ -8,7 +8,7 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation
 
 from diagnosis.policy import STANDARD
-from diagnosis.problem.motion import Level
+from diagnosis.problem.known import Level
 from diagnosis.problem.strength import deviations, fit_iron, unit_of
 from diagnosis.problem.vector import robust_fit
 from scenarios.arrays import Array
@@ -102,7 +102,7 @@ def test_the_iron_is_the_true_one_with_the_turn_of_the_sensor(wrong_deg: float) 
     """The strength alone does not see how the sensor sits; a constant error of the given dip bends nothing."""
     measured, down = _measured_with_dip(60.0)
     given = np.full(SAMPLES, DIP_RAD + np.radians(wrong_deg))
-    iron = fit_iron(measured, np.full(SAMPLES, STRENGTH_NT), TIME_S, STANDARD, Level(down, FIELD_ENU_NT, given))
+    iron = fit_iron(measured, np.full(SAMPLES, STRENGTH_NT), TIME_S, STANDARD, Level(down, given))
     assert np.allclose(iron.matrix, TURNED, atol=3e-4)
     assert np.allclose(iron.offset_nT, OFFSET_NT, atol=8.0)
 
@@ -110,14 +110,14 @@ def test_the_iron_is_the_true_one_with_the_turn_of_the_sensor(wrong_deg: float) 
 def test_nearly_level_the_prior_stands_for_what_is_not_shown() -> None:
     measured, down = _measured_with_dip(0.5)
     given = np.full(SAMPLES, DIP_RAD)
-    iron = fit_iron(measured, np.full(SAMPLES, STRENGTH_NT), TIME_S, STANDARD, Level(down, FIELD_ENU_NT, given))
+    iron = fit_iron(measured, np.full(SAMPLES, STRENGTH_NT), TIME_S, STANDARD, Level(down, given))
     size = np.linalg.svd(iron.matrix)[1]
     assert 0.5 < size.min() < size.max() < 1.5
 
 
 def test_counts_with_a_dip_are_brought_to_the_unit_of_the_field() -> None:
     measured, down = _measured_with_dip(60.0)
-    of = (np.full(SAMPLES, STRENGTH_NT), TIME_S, STANDARD, Level(down, FIELD_ENU_NT, np.full(SAMPLES, DIP_RAD)))
+    of = (np.full(SAMPLES, STRENGTH_NT), TIME_S, STANDARD, Level(down, np.full(SAMPLES, DIP_RAD)))
     counts, same = (fit_iron(values, *of) for values in (measured / 100, measured))
     assert np.allclose(counts.matrix / 100, same.matrix, rtol=1e-3, atol=1e-4)
 
@@ -127,7 +127,7 @@ def test_slopes_are_those_of_small_differences(by_dip: bool) -> None:
     rng = np.random.default_rng(4)
     y, down = rng.normal(size=(20, 3)), rng.normal(size=(20, 3))
     down /= np.linalg.norm(down, axis=1, keepdims=True)
-    level = Level(down, FIELD_ENU_NT, rng.uniform(-1, 1, 20)) if by_dip else None
+    level = Level(down, rng.uniform(-1, 1, 20)) if by_dip else None
     F, p = rng.uniform(0.9, 1.1, 20), 13 if by_dip else 12
     theta = np.r_[np.eye(3).ravel(), np.zeros(4)][:p] + 0.1 * rng.normal(size=p)
     either = ([deviations(theta + sign * one, y, F, level)[0] for one in 1e-6 * np.eye(p)] for sign in (1, -1))

@@ -13,8 +13,8 @@ from diagnosis.evidence.localise import channels
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose, refit_iron
+from diagnosis.problem.known import FieldTrack, Known, Level
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.problem.motion import FieldTrack, Level
 from diagnosis.problem.strength import dip_rad, upright
 from scenarios.arrays import Array
 from sim.effects.currents import MotorCurrent
@@ -34,7 +34,7 @@ def _R_wb(heading_deg: float = 0.0) -> Array:
 def _posed(heading_deg: float = 0.0, **made: object) -> LinearProblem:
     level = Level.of(_R_wb(heading_deg), FIELD_ENU_NT, STANDARD)
     given = without_attitude(recording(**made) if made else GIVEN)  # type: ignore[arg-type]
-    return pose(given, None, STRENGTH_NT, (), level=level)
+    return pose(given, Known(FIELD_ENU_NT, STRENGTH_NT, level=level))
 
 
 def test_the_dip_is_the_angle_below_the_level_whatever_the_heading() -> None:
@@ -67,7 +67,7 @@ def test_strength_and_dip_are_compared_and_the_heading_does_not_matter() -> None
 
 def test_a_current_comes_out_at_its_size_with_a_smaller_error_than_by_the_strength_alone() -> None:
     given = without_attitude(recording(hidden=CURRENT))
-    alone, both = pose(given, None, STRENGTH_NT, ()), _posed(hidden=CURRENT)
+    alone, both = pose(given, Known(None, STRENGTH_NT)), _posed(hidden=CURRENT)
     left = []
     for posed in (alone, both):
         columns = Candidate(MotorCurrent, (("motor", 1),)).columns(posed)
@@ -95,7 +95,7 @@ def test_along_a_track_the_dip_changes_as_the_field_does() -> None:
     dip = level.dip_rad
     assert dip[0] == pytest.approx(np.arctan2(43_000.0, np.hypot(1_000.0, 20_000.0)))
     assert dip[-1] == pytest.approx(np.arctan2(42_700.0, np.hypot(1_000.0, 20_500.0)))
-    assert len(level.at(np.arange(len(GIVEN)) < 100).down) == 100
+    assert len(Known(None, STRENGTH_NT, level=level).at(np.arange(len(GIVEN)) < 100).level.down) == 100
 
 
 def test_samples_left_out_are_left_out_of_both() -> None:

@@ -9,6 +9,7 @@ import pytest
 
 from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose
+from diagnosis.problem.known import Known
 from diagnosis.problem.motion import held, pauses_after
 from sim.chain import apply_deterministic
 from sim.effects import EFFECTS
@@ -51,7 +52,7 @@ def test_a_leg_at_rest_without_noise_poses_a_problem() -> None:
     mag_nT = np.tile(turning.mag_nT[:1], (400, 1))
     mag_nT[200, 2] += 1e-11
     resting = replace(turning, mag_nT=mag_nT, att_q=np.tile(turning.att_q[:1], (400, 1)))
-    posed = pose(resting, FIELD_ENU_NT, STRENGTH_NT, ())
+    posed = pose(resting, Known(FIELD_ENU_NT, STRENGTH_NT))
     assert (posed.sigma_nT > 0).all()
     assert np.isfinite(posed.turn).all()
 

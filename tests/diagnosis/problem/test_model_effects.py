@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from diagnosis.problem.formulation import pose
+from diagnosis.problem.known import Known
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.workflow import diagnose
 from recordings import Recording
@@ -43,7 +44,7 @@ def left_nT(posed: LinearProblem) -> float:
 
 
 def by_strength(given: Recording, *effects: Effect) -> LinearProblem:
-    return pose(given, None, STRENGTH_NT, effects)
+    return pose(given, Known(None, STRENGTH_NT, effects))
 
 
 @pytest.mark.parametrize("given", [without_attitude(recording(hidden=BELOW_DECK)), at_rest(current=True)])

@@ -12,6 +12,7 @@ from diagnosis.evidence.held_out import rank_candidates
 from diagnosis.library.candidates import Candidate, propose_candidates
 from diagnosis.problem.formulation import pose
 from diagnosis.problem.formulation import pose_model as problem_of
+from diagnosis.problem.known import Known
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.problem.sensors import needs_field
 from diagnosis.problem.strength import turns_too_fast
@@ -32,7 +33,7 @@ def in_a_changing_field() -> tuple[Recording, np.ndarray]:
 
 
 def pose_model(given: Recording) -> LinearProblem:
-    return pose(given, FIELD_ENU_NT, STRENGTH_NT, ())
+    return pose(given, Known(FIELD_ENU_NT, STRENGTH_NT))
 
 
 def left_nT(problem: LinearProblem) -> float:

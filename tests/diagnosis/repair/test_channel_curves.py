@@ -12,6 +12,7 @@ from diagnosis.evidence.localise import ChannelShare
 from diagnosis.library.drivers import CHANNEL_LAGS, find_drivers
 from diagnosis.policy import Policy
 from diagnosis.problem.formulation import pose, pose_model
+from diagnosis.problem.known import Known
 from diagnosis.repair.channel_curves import CurveRound, better_channels, channel_of, follow_channels, select_curves
 from diagnosis.repair.refinement import chain_residual
 from diagnosis.result import EvidenceKind
@@ -108,7 +109,7 @@ def test_the_height_drives_also_where_only_the_strength_is_known() -> None:
     assert given.pos_enu_m is not None
     height = given.pos_enu_m[:, 2]
     pressed = disturbed(12 * np.sqrt(height - height.min()))
-    p = pose(replace(pressed, att_q=None), FIELD_ENU_NT, STRENGTH_NT, ())
+    p = pose(replace(pressed, att_q=None), Known(FIELD_ENU_NT, STRENGTH_NT))
     assert p.mode == "strength"
     assert [channel_of(one) for one in select_curves(Baseline.of(p))[0]] == [HEIGHT]
 

@@ -10,8 +10,8 @@ import pytest
 
 from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose
-from diagnosis.problem.linear import LinearProblem, ReferenceCorrection
-from diagnosis.problem.motion import Level
+from diagnosis.problem.known import Known, Level, ReferenceCorrection
+from diagnosis.problem.linear import LinearProblem
 from diagnosis.repair.new_model import lines_of_diff, patch_model, written_model
 from diagnosis.repair.refinement import refine
 from diagnosis.result import EvidenceKind, NamedEffect
@@ -144,7 +144,7 @@ def test_without_a_heading_the_noise_is_that_of_the_strength() -> None:
     """The dip, an angle times the field, has also the noise of roll and pitch."""
     given = recording(300)
     level = Level.of(problem(given).state.R_wb, FIELD_ENU_NT, STANDARD)
-    posed = pose(without_attitude(given), None, STRENGTH_NT, (), level=level)
+    posed = pose(without_attitude(given), Known(FIELD_ENU_NT, STRENGTH_NT, level=level))
     named = [NamedEffect(IN_PART, (), EvidenceKind.HELD_OUT, 100.0, 1.0)]
     (noise,) = (
         one

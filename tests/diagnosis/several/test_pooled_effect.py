@@ -16,8 +16,8 @@ from diagnosis.evidence.noise_model import NoiseModel
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose
+from diagnosis.problem.known import Known, Level
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.problem.motion import Level
 from diagnosis.several.coefficients import CoefficientEstimate
 from diagnosis.several.pooled_effect import CandidateInRecording, PooledEffect, columns_in, cross_predicted
 from scenarios.arrays import Array
@@ -132,7 +132,7 @@ def test_the_strength_of_what_strength_and_dip_do_not_share_is_its_own() -> None
     """A constant of the sensor is iron; one that has another sign in the dip is none."""
     given = recording(N)
     level = Level.of(problem(given).state.R_wb, FIELD_ENU_NT, STANDARD)
-    posed: LinearProblem = pose(without_attitude(given), None, STRENGTH_NT, (), level=level)
+    posed: LinearProblem = pose(without_attitude(given), Known(FIELD_ENU_NT, STRENGTH_NT, level=level))
     coloured_baseline = ColouredBaseline.of(posed, [])
     iron = coloured_baseline.rows.bin(Candidate(HardIron).columns(posed))
     in_recording = SimpleNamespace(baseline=coloured_baseline, estimate=SimpleNamespace(c=TO))
