@@ -9,6 +9,7 @@ from diagnosis.evidence.baseline import Baseline
 from diagnosis.library.candidates import propose_candidates
 from diagnosis.library.dipole_position import ThinnedPath
 from diagnosis.library.parameter_search import search_parameters
+from diagnosis.problem.known import Known
 from diagnosis.problem.linear import LinearProblem
 from scenarios.arrays import Array
 from tests.diagnosis.synthetic import FIELD_ENU_NT, STRENGTH_NT, pose, recording
@@ -32,9 +33,9 @@ def past_a_dipole(extent_m: float, distance_m: float, seed: int) -> tuple[Linear
     place = pos[int(random.uniform(0.2, 0.8) * len(pos))] + distance_m * np.array([0, 0.5, -0.87])
     axis = random.normal(size=3)
     added = dipole_nT(pos, place, axis / np.linalg.norm(axis), distance_m)
-    R_wb = pose(given, FIELD_ENU_NT, STRENGTH_NT, ()).state.R_wb
+    R_wb = pose(given, Known(FIELD_ENU_NT, STRENGTH_NT)).state.R_wb
     measured = given.mag_nT + np.einsum("nji,nj->ni", R_wb, added)
-    return pose(replace(given, pos_enu_m=pos, mag_nT=measured), FIELD_ENU_NT, STRENGTH_NT, ()), place
+    return pose(replace(given, pos_enu_m=pos, mag_nT=measured), Known(FIELD_ENU_NT, STRENGTH_NT)), place
 
 
 @pytest.mark.parametrize("seed", range(4))
