@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -59,16 +59,15 @@ class Driver:
 
     def candidate(self, way: Lag, tried: int) -> Candidate:
         """The channel effect of this driver, of the highest order, selected among `tried` settings."""
-        effect = curve_of(self.name, self.centre, self.half_range, way.lag_s, way.late)
-        fixed = ((p.name, getattr(effect, p.name)) for p in effect.parameters() if p.name not in effect.linear)
-        return Candidate(type(effect), tuple(fixed), tried)
+        curve = curve_of(self.name, self.centre, self.half_range, way.lag_s, way.late)
+        return replace(Candidate.of(curve), tried=tried)
 
 
 def find_drivers(problem: LinearProblem) -> list[Driver]:
     """Every recorded channel that varies, except reference magnetometers and copies of motor currents."""
     others = {SCALAR, *as_currents(problem.recording).values()}
-    drivers = (Driver.of(name, x, problem.policy) for name, x in problem.state.channels.items() if name not in others)
-    return [driver for driver in drivers if driver is not None]
+    courses = ((name, x) for name, x in problem.state.channels.items() if name not in others)
+    return [driver for name, x in courses if (driver := Driver.of(name, x, problem.policy)) is not None]
 
 
 def may_drive(effect: type[Effect], other: type[Effect]) -> bool:

@@ -22,9 +22,6 @@ LEAST_SHARE = 1e-10
 """Least share of a column's mean square that the own noise counts for: with less, rounding decides where iron explains
 a step at every time, as at constant attitude."""
 
-Search = Callable[[LinearProblem, Array, Candidate, str], list[Candidate]]
-"""(problem, residual (n, q) of base and accepted effects, candidate, name of a parameter) -> candidates with values."""
-
 
 def search_parameters(problem: LinearProblem, residual: Array, settings: list[Candidate]) -> list[Candidate]:
     """The settings of a candidate after the search of its class, if any, for the best fit to the residual (n, q).
@@ -34,13 +31,8 @@ def search_parameters(problem: LinearProblem, residual: Array, settings: list[Ca
     role = settings[0].effect.search_role()
     if role is None:
         return settings
-    name = str(settings[0].effect.with_role(role))
-    found = SEARCHES[role](problem, residual, settings[0], name)
-    return [
-        candidate.at(dict(result.nonlinear) | dict(candidate.nonlinear), result.tried)
-        for result in found
-        for candidate in settings
-    ]
+    found = SEARCHES[role](problem, residual, settings[0], str(settings[0].effect.with_role(role)))
+    return [one.at(dict(best.nonlinear) | dict(one.nonlinear), best.tried) for best in found for one in settings]
 
 
 def find_moments(problem: LinearProblem, residual: Array, candidate: Candidate, name: str) -> list[Candidate]:
@@ -71,11 +63,7 @@ def step_gains(problem: LinearProblem, residual: Array, candidate: Candidate) ->
 
 
 def _gains_of_columns(problem: LinearProblem, inverse: Array, residual: Array, E: Array) -> Array:
-    """Squares (n,) that columns E (n, q, k) beginning at each time explain, inverse (p, p): of ``B'B``.
-
-    At a constant attitude iron absorbs all of a step: the inverse of the rest is the pseudo-inverse. Computed in pieces
-    from the end.
-    """
+    """Squares (n,) that columns E (n, q, k) beginning at each time explain, inverse (p, p): of ``B'B``."""
     n, q, k = E.shape
     parts = (problem.base.reshape(n, q, -1), residual[:, :, None], E)
     gain, own, beyond = np.zeros(n), _own_noise(problem, E), np.zeros((1, sum(part.shape[2] for part in parts), k))
@@ -85,6 +73,7 @@ def _gains_of_columns(problem: LinearProblem, inverse: Array, residual: Array, E
         beyond = beyond[0] + _sums_to_end(every.transpose(0, 2, 1) @ E[here])
         BE, z, EE = np.split(beyond, [-k - 1, -k], axis=1)
         free = EE - np.einsum("npi,pr,nrj->nij", BE, inverse, BE, optimize=True) + own[here, None, None] * np.eye(k)
+        # a pseudo-inverse: at a constant attitude iron absorbs all of a step
         gain[here] = np.einsum("nqk,nkj,nqj->n", z, np.linalg.pinv(free, hermitian=True), z)
     return gain
 
@@ -123,7 +112,7 @@ def find_tones(problem: LinearProblem, residual: Array, candidate: Candidate, na
 
 
 def _in_slots(values: Array, time_s: Array, interval_s: float) -> Array:
-    """Values (m, k) in evenly spaced slots, zero in gaps; unchanged for a recording with more gaps than samples."""
+    """Values (m, k) in even slots, zero in gaps; unchanged for a recording with more gaps than samples."""
     slot = np.rint((time_s - time_s[0]) / interval_s).astype(np.intp)
     if slot[-1] >= SPARSEST * len(time_s):
         return values
@@ -154,30 +143,22 @@ def find_origins(problem: LinearProblem, residual: Array, candidate: Candidate, 
     across = np.eye(3) - np.outer(field_enu_nT, field_enu_nT) / (field_enu_nT @ field_enu_nT)
     place = middle - np.linalg.pinv(across @ G, rcond=1e-9) @ (across @ c)
     low, high = next((p.low, p.high) for p in candidate.effect.parameters() if p.name == name)
-    if not (np.isfinite(place).all() and (place >= low).all() and (place <= high).all()):
-        return [candidate]
-    return [candidate, candidate.at({name: tuple(map(float, place))}, problem.policy.place_cells**3)]
+    beside = candidate.at({name: tuple(map(float, place))}, problem.policy.place_cells**3)
+    return [candidate, beside] if ((low <= place) & (place <= high)).all() else [candidate]
 
 
 def _gradient_and_constant(problem: LinearProblem, residual: Array, about: Candidate) -> tuple[Array, Array]:
     """Least-squares matrix G (3, 3) about the candidate's origin, and constant c (3,), beside the base."""
-    constant = problem.whitened(problem.state.R_wb.transpose(0, 2, 1), about.effect)
-    columns = np.concatenate([about.columns(problem), constant], axis=2)
+    columns = np.concatenate([about.columns(problem), problem.earth_axes()], axis=2)
     cut = Cut.of(len(residual), problem.state.interval_s, problem.policy)
-    s = sums(cut, problem.base, residual, problem.usable)
-    s = extend_sums(s, cut, problem.base, [residual[:, :, None]], columns)
-    found = fit(s, s.all_folds).c
+    bare = sums(cut, problem.base, residual, problem.usable)
+    found = fit(extend_sums(bare, cut, problem.base, [residual[:, :, None]], columns), bare.all_folds).c
     G = sum(value * unit for value, (_, unit) in zip(found[:-3], about.effect.linear_units(), strict=True))
     return np.asarray(G), found[-3:]
 
 
-SEARCHES: dict[str, Search] = {
-    "moment": find_moments,
-    "frequency": find_tones,
-    "place": find_places,
-    "origin": find_origins,
-}
-"""Search by the role of the parameter."""
+SEARCHES = {"moment": find_moments, "frequency": find_tones, "place": find_places, "origin": find_origins}
+"""Search by the role of the parameter, of which each gets the name."""
 
 
 def refine_between_neighbours(candidate: Candidate, misfit: Callable[[Candidate], float]) -> Candidate | None:
