@@ -72,17 +72,13 @@ class Selection:
         """Names of the accepted effects."""
         return [effect.name for effect in self.accepted]
 
-    def tests(self, baseline: Baseline, *further: str) -> ResidualTests:
-        """Tests of the residual of a baseline with the accepted effects and further ones, by name."""
-        return residual_tests(baseline, [*self.names, *further])
-
-    def is_clean(self, baseline: Baseline, *further: str) -> bool:
-        """Whether the residual of a baseline with the accepted effects and further ones, by name, is white."""
-        return self.tests(baseline, *further).clean
-
     def beside(self, end: Baseline, *further: str) -> Selection:
         """The selection beside another baseline, which holds the columns of further effects, by name."""
-        return replace(self, end=end, after=self.tests(end, *further))
+        return replace(self, end=end, after=residual_tests(end, [*self.names, *further]))
+
+    def is_clean(self, end: Baseline, *further: str) -> bool:
+        """Whether the selection beside another baseline leaves white noise."""
+        return self.beside(end, *further).after.clean
 
 
 def baseline_with(accepted: Iterable[AcceptedEffect], start: Baseline) -> Baseline:

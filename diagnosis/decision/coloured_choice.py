@@ -53,16 +53,15 @@ def choose_coloured(
     fits, screened = screen(candidates, test.beside, test.baseline, test.selection.start)
     fits = [*_stronger_in_window(windowed, fits, test), *fits]
     trials = _run_trials(test, fits)
-    chosen, inflation = None, trials[-1].inflation if trials else 1.0
-    results = [trial.result for trial in trials]
+    chosen, inflation, untested = None, trials[-1].inflation if trials else 1.0, fits[len(trials) :]
     if trials and not trials[-1].refusal:
         # candidates that were not tested have the inflation and the need of the accepted one
-        untested = [replace(trials[-1], fit=fit) for fit in fits[len(trials) :]]
-        results += [trial.result for trial in untested]
-        chosen = _accepted_effect(trials[-1], untested, test.beside)
+        trials += [replace(trials[-1], fit=fit) for fit in untested]
+        chosen = _accepted_effect(trials[-len(untested) - 1 :], test.beside)
         if trials[-1].attitude_suffices:  # attitude errors are look-alikes
             chosen = chosen.listing(*(evidence.name for evidence in candidates if evidence.name in TURNS))
     needed = test.beside.rows.policy.coloured_nats
+    results = [CandidateResult(one.fit.evidence, one.evidence.nats, one.needed, one.refusal) for one in trials]
     return chosen, [*results, *(CandidateResult(one, nats / inflation, needed, "") for one, nats in screened)]
 
 
@@ -109,11 +108,6 @@ class CandidateTrial:
         """Evidence by the candidate's own noise model."""
         return replace(self.fit.evidence, gain=self.fit.gain, V=self.inflation)
 
-    @property
-    def result(self) -> CandidateResult:
-        """The candidate's result, without the outcome that the choice decides."""
-        return CandidateResult(self.fit.evidence, self.evidence.nats, self.needed, self.refusal)
-
 
 @dataclass(frozen=True)
 class CandidateTest:
@@ -126,14 +120,14 @@ class CandidateTest:
     find_next: FindNext | None = None
 
     @property
-    def problem(self) -> LinearProblem:
-        """The recording compared with the model."""
-        return self.baseline.problem
-
-    @property
     def baseline(self) -> Baseline:
         """The baseline with the effects selected so far."""
         return self.selection.end
+
+    @property
+    def problem(self) -> LinearProblem:
+        """The recording compared with the model."""
+        return self.baseline.problem
 
     @cached_property
     def beside(self) -> ColouredBaseline:
@@ -231,12 +225,11 @@ def _run_trials(test: CandidateTest, tried: Sequence[CandidateFit]) -> list[Cand
     return trials
 
 
-def _accepted_effect(
-    trial: CandidateTrial, untested: Sequence[CandidateTrial], beside: ColouredBaseline
-) -> AcceptedEffect:
-    """The accepted candidate, or the simplest of those as good, with the look-alikes; all useless beside the best."""
-    policy, best, alike = beside.rows.policy, trial.evidence, list[Evidence]()
-    as_good = [best]
+def _accepted_effect(trials: Sequence[CandidateTrial], beside: ColouredBaseline) -> AcceptedEffect:
+    """The first candidate, or the simplest of those as good, with the look-alikes; all useless beside the first."""
+    (trial, *untested), policy = trials, beside.rows.policy
+    best = trial.evidence
+    as_good, alike = [best], list[Evidence]()
     if trial.coloured:
         form, simpler, near = policy.same_family_coloured, policy.same_family, policy.same_coloured
     else:

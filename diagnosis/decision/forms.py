@@ -75,8 +75,8 @@ def _form_nats(fuller: Evidence, plainer: Evidence) -> float:
 
     Held-out data do not determine an event at the start of the recording.
     """
-    k, m = fuller.width - plainer.width, len(fuller.sums.count)
-    on_all = nats_on_all(plainer.squares - fuller.squares, fuller.V, k, m)
+    k = fuller.width - plainer.width
+    on_all = nats_on_all(plainer.squares - fuller.squares, fuller.V, k, fuller.blocks)
     return max((fuller.gain - plainer.gain) / fuller.V, on_all)
 
 

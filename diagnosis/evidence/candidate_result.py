@@ -26,24 +26,24 @@ class CandidateResult:
         """Name of the effect."""
         return self.evidence.name
 
-    def with_outcome(self, named: str | None, alternatives: Sequence[str]) -> CandidateResult:
-        """The result with the outcome that follows from the choice of `named`."""
-        rules = (
-            (NAMED, self.name == named),
-            (f"{INDISTINGUISHABLE} {named}", self.name in alternatives),
-            (self.outcome, bool(self.outcome)),
-            (TOO_LITTLE, self.nats <= self.needed),
-            (f"{HARDLY_MORE} {named}", named in self.evidence.candidate.effect.traits.contains),
-            (BEHIND, True),
-        )
-        return replace(self, outcome=next(outcome for outcome, holds in rules if holds))
-
 
 def with_outcomes(
     results: Sequence[CandidateResult], named: str | None, alternatives: Sequence[str]
 ) -> tuple[CandidateResult, ...]:
     """Candidates, strongest first, each with the outcome that follows from the choice of `named`."""
-    told = (result.with_outcome(named, alternatives) for result in results)
+
+    def outcome(result: CandidateResult) -> str:
+        rules = (
+            (NAMED, result.name == named),
+            (f"{INDISTINGUISHABLE} {named}", result.name in alternatives),
+            (result.outcome, bool(result.outcome)),
+            (TOO_LITTLE, result.nats <= result.needed),
+            (f"{HARDLY_MORE} {named}", named in result.evidence.candidate.effect.traits.contains),
+            (BEHIND, True),
+        )
+        return next(words for words, holds in rules if holds)
+
+    told = (replace(result, outcome=outcome(result)) for result in results)
     return tuple(sorted(told, key=lambda result: -on_six_digits(result.nats)))
 
 

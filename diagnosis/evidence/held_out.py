@@ -23,9 +23,9 @@ class Evidence:
     """Evidence of a candidate on held-out data beside the accepted effects, and its fit on all blocks.
 
     gain: nats of log-likelihood; V: inflation of the nats by coloured noise; strength: rms of the contribution after
-    the base is refitted, in units of the noise; survival: strength over the rms before the refit; sums, fit: of the
-    accepted effects and the candidate; width: number of columns k of the candidate. The columns are computed again
-    where needed.
+    the base is refitted, in units of the noise; survival: strength over the rms before the refit; raw_gain: nats that
+    the effect explains without a refit of the base; coefficients c (k,) with covariance (k, k); squares: sum of squared
+    residuals beside the accepted effects, over a number of blocks. The columns are computed again where needed.
     """
 
     candidate: Candidate
@@ -33,9 +33,11 @@ class Evidence:
     V: float
     strength: float
     survival: float
-    sums: Sums
-    fit: BlockFit
-    width: int
+    raw_gain: float
+    coefficients: Array
+    covariance: Array
+    squares: float
+    blocks: int
 
     @property
     def name(self) -> str:
@@ -54,19 +56,9 @@ class Evidence:
         return 0.0 if free else abs(math.log(max(float(self.coefficients[0]), 1e-9)))
 
     @property
-    def squares(self) -> float:
-        """Sum of squared residuals beside the accepted effects, in units of the noise."""
-        return squares(self.sums, self.fit, self.sums.all_folds)
-
-    @property
-    def coefficients(self) -> Array:
-        """Coefficients (k,) of the candidate."""
-        return self.fit.c[self.fit.c.size - self.width :]
-
-    @property
-    def raw_gain(self) -> float:
-        """Nats that the effect explains without a refit of the base."""
-        return float(self.sums.samples * (self.strength / max(self.survival, 1e-9)) ** 2 / 2)
+    def width(self) -> int:
+        """Number of columns k."""
+        return len(self.coefficients)
 
     def is_behind(self, best: Evidence, policy: Policy) -> bool:
         """Whether the data distinguish the candidate from a better candidate."""
@@ -126,22 +118,26 @@ def judge_settings(baseline: Baseline, settings: Sequence[Candidate]) -> Evidenc
     compare two extrapolations and can be too large. None where no setting has finite non-zero columns, or the best fit
     is outside the effect's bounds.
     """
-    policy, tried = baseline.problem.policy, list[tuple[Candidate, Sums, BlockFit, float]]()
+    problem, every, tried = baseline.problem, baseline.all_folds, list[tuple[Candidate, Sums, BlockFit, float]]()
     for setting in settings:
-        joint = baseline.sums_with(setting.columns(baseline.problem))
-        power = np.einsum("fkk->k", joint.CC)[1 + baseline.sums.width :]
-        if np.isfinite(power).all() and power.any():
-            whole = fit(joint, baseline.all_folds)
-            tried.append((setting, joint, whole, squares(joint, whole, baseline.all_folds)))
+        joint = baseline.sums_with(setting.columns(problem))
+        if _is_admissible(joint, baseline.sums.width):
+            whole = fit(joint, every)
+            tried.append((setting, joint, whole, squares(joint, whole, every)))
     if not tried:
         return None
     best, joint, whole, least = min(tried, key=lambda each: each[3])
-    k, V = joint.width - baseline.sums.width, inflation(joint, whole, policy)
-    price = V * search_price(best.tried * len(settings), k, policy)
-    gain = min(baseline.held_out_gain(*(each[1] for each in tried)), (baseline.squares - least) / 2) - price
-    found = Evidence(best, gain, V, *_strength(joint, whole, k), joint, whole, k)
-    c = found.coefficients
-    return found if best.within_bounds(c) and best.is_natural(baseline.problem, c) else None
+    k, V = joint.width - baseline.sums.width, inflation(joint, whole, problem.policy)
+    gain = min(baseline.held_out_gain(*(each[1] for each in tried)), (baseline.squares - least) / 2)
+    gain, c = gain - V * search_price(best.tried * len(settings), k, problem.policy), whole.c[-k:]
+    found = Evidence(best, gain, V, *_strength(joint, c), c, whole.covariance[-k:, -k:], least, len(joint.count))
+    return found if best.within_bounds(c) and best.is_natural(problem, c) else None
+
+
+def _is_admissible(s: Sums, known: int) -> bool:
+    """Whether the columns after a known number are finite, and not all zero."""
+    power = np.einsum("fkk->k", s.CC)[1 + known :]
+    return bool(np.isfinite(power).all() and power.any())
 
 
 def search_price(tried: int, k: int, policy: Policy) -> float:
@@ -160,12 +156,11 @@ def misfit(baseline: Baseline, candidate: Candidate) -> float:
     return squares(s, fit(s, baseline.all_folds), baseline.all_folds)
 
 
-def _strength(s: Sums, whole: BlockFit, k: int) -> tuple[float, float]:
-    """Rms of the last k columns' contribution after the base is refitted, and its ratio to the rms before."""
-    c = whole.c[-k:]
+def _strength(s: Sums, c: Array) -> tuple[float, float, float]:
+    """Rms of the last columns times c (k,) after the base is refitted, its ratio to the rms before, and nats before."""
+    k, samples = len(c), max(s.samples, 1.0)
     raw = float(c @ s.CC.sum(axis=0)[-k:, -k:] @ c)
     BB, BE = s.BB.sum(axis=0), s.BC.sum(axis=0)[:, :, -k:] @ c
     taken = float(np.einsum("pq,pr,rq->", BE, symmetric_inverse(BB, 1e-13), BE))
     remaining = max(raw - taken, 0.0)
-    samples = max(s.samples, 1.0)
-    return math.sqrt(remaining / samples), math.sqrt(remaining / raw) if raw > 0 else 0.0
+    return math.sqrt(remaining / samples), math.sqrt(remaining / raw) if raw > 0 else 0.0, raw / 2

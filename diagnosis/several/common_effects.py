@@ -117,8 +117,7 @@ def common_iron_changes(
 
 
 def _estimate(evidence: Evidence) -> CoefficientEstimate:
-    k = evidence.width
-    N = inverse(evidence.fit.covariance[-k:, -k:] * max(evidence.V, 1.0))
+    N = inverse(evidence.covariance * max(evidence.V, 1.0))
     return CoefficientEstimate(N, N @ evidence.coefficients)
 
 

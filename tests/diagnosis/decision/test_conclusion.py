@@ -27,7 +27,6 @@ from diagnosis.evidence.residual_tests import ResidualTests
 from diagnosis.evidence.slow_noise import SlowNoise
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import STANDARD, Policy
-from diagnosis.problem.blocks import BlockFit
 from sim.effects import EFFECTS
 from sim.effects.base import Effect
 from sim.effects.iron import HardIron
@@ -42,8 +41,8 @@ NOISE = SlowNoise(WhiteNoise((1.0, 1.0, 1.0)), (), 50.0, fits=True, identified=T
 
 
 def _evidence(effect: type[Effect], gain: float, width: int, policy: Policy = STANDARD) -> Evidence:
-    nothing = BlockFit(np.zeros((1, 1)), np.zeros(width), np.zeros((width, width)))
-    return Evidence(Candidate(effect), gain, 1.0, 1.0, 1.0, None, nothing, width)  # type: ignore[arg-type]
+    c, covariance = np.zeros(width), np.zeros((width, width))
+    return Evidence(Candidate(effect), gain, 1.0, 1.0, 1.0, gain, c, covariance, 0.0, 0)
 
 
 @pytest.fixture(scope="module")

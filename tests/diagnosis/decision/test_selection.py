@@ -37,8 +37,8 @@ KIN = (("bandwidth", 0.0, 0.001), ("latency", 1.0, 0.1))
 
 
 def _evidence(effect: type[Effect], gain: float, width: int = 3) -> Evidence:
-    nothing: Any = None
-    return Evidence(Candidate(effect), gain, 1.0, 1.0, 1.0, nothing, nothing, width)
+    c, covariance = np.zeros(width), np.zeros((width, width))
+    return Evidence(Candidate(effect), gain, 1.0, 1.0, 1.0, gain, c, covariance, 0.0, 0)
 
 
 def _accepted(effect: type[Effect], strength: float) -> AcceptedEffect:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+import numpy as np
 import pytest
 
 from diagnosis.evidence.candidate_result import (
@@ -28,8 +27,8 @@ BEST, ALIKE, WEAKER, REFUSED, LEAST = FIVE
 
 
 def _judged(number: int, nats: float, outcome: str = "", effect: type[Effect] | None = None) -> CandidateResult:
-    nothing: Any = None
-    evidence = Evidence(Candidate(effect or FIVE[number]), nats, 1.0, 1.0, 1.0, nothing, nothing, 3)
+    none = np.zeros(3), np.zeros((3, 3)), 0.0, 0
+    evidence = Evidence(Candidate(effect or FIVE[number]), nats, 1.0, 1.0, 1.0, nats, *none)
     return CandidateResult(evidence, nats, 25.0, outcome)
 
 

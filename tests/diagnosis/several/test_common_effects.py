@@ -110,9 +110,9 @@ def test_what_one_recording_names_is_a_single_run_s_however_its_coefficients_agr
 
 def _iron(x_nT: float, *, V: float = 1.0, alternatives: tuple[str, ...] = ()) -> Any:
     """A hard iron of so much, known to 0.1 nT if what is left is white."""
-    fit = SimpleNamespace(covariance=0.01 * np.eye(5))
+    c, covariance = np.array([x_nT, 0.0, 0.0]), 0.01 * np.eye(3)
     evidence = SimpleNamespace(
-        candidate=Candidate(HardIron), width=3, fit=fit, V=V, coefficients=np.array([x_nT, 0.0, 0.0]), nats=x_nT,
+        candidate=Candidate(HardIron), width=3, covariance=covariance, V=V, coefficients=c, nats=x_nT,
         strength=1.0,
     )  # fmt: skip
     return SimpleNamespace(name="hard_iron", evidence=evidence, alternatives=alternatives)
