@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from diagnosis.decision.monotone_courses import driving_channels
 from diagnosis.decision.remarks import reference_remarks
-from diagnosis.decision.sentence import channel_curves, driver_of
+from diagnosis.decision.sentence import driver_of
 from diagnosis.evidence.along_field import is_attitude_error
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.problem.sensors import as_currents
@@ -29,7 +29,7 @@ VOLTAGE = re.compile(r"volt|_m?V$", re.IGNORECASE)
 def advice_for(diagnosis: Diagnosis) -> tuple[str, ...]:
     """All applicable advice, each line once."""
     lines = [advice for _, advice in reference_remarks(diagnosis)]
-    for advise in (actuator_advice, motion_advice, navigation_advice, attitude_advice, recording_advice):
+    for advise in (actuator_advice, motion_advice, navigation_advice, reference_advice, recording_advice):
         lines += advise(diagnosis)
     return tuple(dict.fromkeys(lines))
 
@@ -39,7 +39,7 @@ def actuator_advice(diagnosis: Diagnosis) -> Iterator[str]:
 
     A monotone channel resembles any slow course, a position drives nothing, and a voltage sags by the load.
     """
-    problem, curves = diagnosis.problem, channel_curves(diagnosis)
+    problem, curves = diagnosis.problem, diagnosis.of_kind(EvidenceKind.CURVE)
     channels = problem.recording.channels
     drives_nothing = {LATITUDE, LONGITUDE, ALTITUDE, *filter(VOLTAGE.search, channels)}
     untried = set(channels) - set(as_currents(problem.recording)) - drives_nothing
@@ -117,10 +117,9 @@ def navigation_advice(diagnosis: Diagnosis) -> Iterator[str]:
     A spectrum rising with frequency is no sensor noise: a rotating part is as fast, or the clocks are uneven.
     """
     problem, rise = diagnosis.problem, diagnosis.rise
-    residual = diagnosis.after_nT / problem.sigma_nT
-    fast = rise is not None and is_attitude_error(problem, residual, problem.state.interval_s)
+    fast = rise is not None and is_attitude_error(problem, diagnosis.residual, problem.state.interval_s)
     unexplained = diagnosis.verdict in (Verdict.UNKNOWN, Verdict.PARTIAL)
-    if unexplained and (fast or is_attitude_error(problem, residual)):
+    if unexplained and (fast or is_attitude_error(problem, diagnosis.residual)):
         yield "The residual has no part along the field: check the attitude and the time stamps of the navigation."
     if rise is not None and not fast:
         yield (
@@ -129,17 +128,15 @@ def navigation_advice(diagnosis: Diagnosis) -> Iterator[str]:
         )
 
 
-def attitude_advice(diagnosis: Diagnosis) -> Iterator[str]:
-    """Without attitude little is observable."""
+def reference_advice(diagnosis: Diagnosis) -> Iterator[str]:
+    """Without attitude, or without the field's vector, little is observable."""
     problem = diagnosis.problem
     if problem.mode == "strength" and not problem.corrections:
-        bare = any(cause.kind is EvidenceKind.HELD_OUT and not cause.spread for cause in diagnosis.named)
-        why = ", and parameters have no interval" if bare else ""
+        bare = any(not cause.spread for cause in diagnosis.of_kind(EvidenceKind.HELD_OUT))
+        lacks, more = "the field's vector only the", "give --field-enu-nT E,N,U, and the recorded attitude shows more"
         if problem.recording.att_q is None:
-            yield f"Without attitude only the field's strength was compared{why}; log attitude to see more."
-        else:
-            known = "Without the field's vector only the strength was compared"
-            yield f"{known}{why}; give --field-enu-nT E,N,U, and the recorded attitude shows more."
+            lacks, more = "attitude only the field's", "log attitude to see more"
+        yield f"Without {lacks} strength was compared{', and parameters have no interval' * bare}; {more}."
 
 
 def recording_advice(diagnosis: Diagnosis) -> Iterator[str]:

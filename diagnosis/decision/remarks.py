@@ -24,8 +24,7 @@ from validation.text import digits
 def remarks(diagnosis: Diagnosis) -> Iterator[str]:
     """Sentences before the verdict: what is wrong with reference, time stamps, axes and mount, and with the iron."""
     yield from (words for words, _ in reference_remarks(diagnosis))
-    problem = diagnosis.problem
-    given = problem.recording
+    problem, given = diagnosis.problem, diagnosis.problem.recording
     if (finer := finer_unit(given.time_s, given.mag_nT, given.gyro_rad_s, given.att_q)) is not None:
         yield finer.words("COLUMN")
     if (axes := axis_permutation(problem)) is not None:
@@ -81,8 +80,8 @@ def iron_remark(diagnosis: Diagnosis) -> Iterator[str]:
 
     In vector mode named effects are subtracted first: a motor's mean field is no iron.
     """
-    problem = diagnosis.problem
-    if any(cause.kind is EvidenceKind.IRON for cause in diagnosis.named) or not problem.iron_known:
+    problem, factor = diagnosis.problem, None
+    if diagnosis.of_kind(EvidenceKind.IRON) or not problem.iron_known:
         return
     if problem.mode == "vector":
         smooth = [effect for effect in diagnosis.model.chain() if not effect.traits.converter]
@@ -90,14 +89,13 @@ def iron_remark(diagnosis: Diagnosis) -> Iterator[str]:
         given_nT, anew_nT = (rms(residual_nT[problem.usable > 0]) for residual_nT in (left_nT, diagnosis.after_nT))
     else:
         given_nT, anew_nT, factor = strength_residuals_nT(problem)
-        if factor is not None:
-            yield (
-                f"With the model's iron the field is {digits(factor, 4)} times the stated strength, which leaves "
-                f"{digits(given_nT)} nT unexplained; refitted iron explains it. Either the strength or the sensor's "
-                "scale is wrong. With refitted iron:"
-            )
-            return
-    if given_nT > problem.policy.clearly_larger * anew_nT:
+    if factor is not None:
+        yield (
+            f"With the model's iron the field is {digits(factor, 4)} times the stated strength, which leaves "
+            f"{digits(given_nT)} nT unexplained; refitted iron explains it. Either the strength or the sensor's "
+            "scale is wrong. With refitted iron:"
+        )
+    elif given_nT > problem.policy.clearly_larger * anew_nT:
         yield (
             f"The model leaves {digits(given_nT)} nT unexplained, but {digits(anew_nT)} nT with refitted hard and soft "
             "iron: the iron has changed. Calibrate again. With refitted iron:"
@@ -138,8 +136,8 @@ def axis_permutation(problem: LinearProblem) -> str | None:
     )
     U, s, V = np.linalg.svd(measured_nT.T @ modelled_nT / len(measured_nT))
     left_nT = rms((problem.target * problem.sigma_nT)[problem.usable > 0])
-    strength_nT = float(np.linalg.norm(problem.state.field_enu_nT))
-    visible = int(np.count_nonzero(np.sqrt(s) > max(problem.policy.hardly_any * strength_nT, left_nT)))
+    least_nT = max(problem.policy.hardly_any * float(np.linalg.norm(problem.state.field_enu_nT)), left_nT)
+    visible = int(np.count_nonzero(np.sqrt(s) > least_nT))
     if visible < 3:
         U[:, 2] *= np.linalg.det(U @ V)
     nearest = max([*TURNS, *-TURNS], key=lambda P: float((P * (U @ V)).sum()))
@@ -157,9 +155,8 @@ def mount_remark(diagnosis: Diagnosis) -> Iterator[str]:
 
     ``A^-1 M``, A the model's matrix and M the fitted one, is a rotation R where M = A R.
     """
-    problem = diagnosis.problem
-    iron = [cause.effect for cause in diagnosis.named if cause.kind is EvidenceKind.IRON]
-    matrix = [one for one in iron if one.traits.absorbed and not (one.traits.constant or one.tangents)]
+    problem, iron = diagnosis.problem, [cause.effect for cause in diagnosis.of_kind(EvidenceKind.IRON)]
+    matrix = any(one.traits.absorbed and not (one.traits.constant or one.tangents) for one in iron)
     if not (matrix and problem.turns):
         return
     T = np.linalg.solve(iron_matrix(problem.effects, problem.state), problem.turn)

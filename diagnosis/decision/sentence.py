@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -16,6 +16,7 @@ from diagnosis.verdict import Verdict
 from recordings.channels import current_name
 from sim.effects.base import Effect
 from sim.effects.linearisation import linearise
+from sim.effects.parameters import Parameter
 from sim.state import State
 from validation.text import digits, figure, short
 
@@ -25,26 +26,22 @@ LISTED_CHANNELS = 3
 
 def sentence_for(diagnosis: Diagnosis) -> str:
     """Summarise a diagnosis in one sentence for a field engineer, after the remarks and before iron that is new."""
-    gap, verdict = diagnosis.gap, diagnosis.verdict
+    verdict, left = diagnosis.verdict, "; ".join(diagnosis.unexplained or diagnosis.doubts)
     wrong = [diagnosis.correction_of(cause) is not None for cause in diagnosis.named]
-    left = "; ".join(diagnosis.unexplained or diagnosis.doubts)
-    told = [*remarks(diagnosis)]
-    told.append(
-        verdict.sentence(
-            lacks="Wrong in the model" if wrong and all(wrong) else f"Missing{' or wrong' * any(wrong)} in the model",
-            causes="; ".join(_described(diagnosis, cause) for cause in diagnosis.named),
-            share=_share(diagnosis),
-            left=f"{digits(gap.structure_nT[1])} nT: {left}" if verdict is Verdict.PARTIAL else left,
-            nearest=_nearest(diagnosis),
-            goes_with=_course(diagnosis),
-        )
+    told = verdict.sentence(
+        lacks="Wrong in the model" if wrong and all(wrong) else f"Missing{' or wrong' * any(wrong)} in the model",
+        causes="; ".join(_described(diagnosis, cause) for cause in diagnosis.named),
+        share=_share(diagnosis),
+        left=f"{digits(diagnosis.gap.structure_nT[1])} nT: {left}" if verdict is Verdict.PARTIAL else left,
+        nearest=_nearest(diagnosis),
+        goes_with=_course(diagnosis),
     )
     if diagnosis.iron_anew and diagnosis.resimulated_nT is not None:
-        told.append(
-            "The new model has hard and soft iron fitted to this recording, beside which the effects were found; run "
+        told += (
+            " The new model has hard and soft iron fitted to this recording, beside which the effects were found; run "
             f"by the simulator it leaves {digits(diagnosis.resimulated_nT)} nT."
         )
-    return " ".join(told)
+    return " ".join([*remarks(diagnosis), told])
 
 
 def _described(diagnosis: Diagnosis, cause: NamedEffect) -> str:
@@ -63,7 +60,7 @@ def _described(diagnosis: Diagnosis, cause: NamedEffect) -> str:
 
 def _share(diagnosis: Diagnosis) -> str:
     gap = diagnosis.gap
-    if gap.explained is None or all(cause.kind is not EvidenceKind.HELD_OUT for cause in diagnosis.named):
+    if gap.explained is None or not diagnosis.of_kind(EvidenceKind.HELD_OUT):
         return ""
     amount = f"the gap of {digits(gap.structure_nT[0])} nT beyond {digits(gap.noise_nT)} nT of noise"
     return f"; {100 * max(gap.explained, 0.0):.0f} % of {amount} explained on held-out data"
@@ -71,7 +68,7 @@ def _share(diagnosis: Diagnosis) -> str:
 
 def _course(diagnosis: Diagnosis) -> str:
     """Channels of curves with the explained share, else those that the gap follows, and when the gap is largest."""
-    curves = [driver_of(curve) for curve in channel_curves(diagnosis)]
+    curves = [driver_of(curve) for curve in diagnosis.of_kind(EvidenceKind.CURVE)]
     followed = [share.channel for share in diagnosis.where[:LISTED_CHANNELS]]
     told = f"; the gap follows {', '.join(followed)}" if followed else ""
     if curves:
@@ -93,11 +90,6 @@ def _nearest(diagnosis: Diagnosis) -> str:
         return f"; the nearest candidate is {best.name}, which explains less of the gap than the candidates refused"
     why = "" if best.outcome == TOO_LITTLE else f" ({best.outcome})"
     return f"; the nearest candidate is {best.name}, {digits(best.nats)} of {digits(best.needed)} nats needed{why}"
-
-
-def channel_curves(diagnosis: Diagnosis) -> list[NamedEffect]:
-    """Curves of channels, named where no effect of the library is accepted."""
-    return [cause for cause in diagnosis.named if cause.kind is EvidenceKind.CURVE]
 
 
 def driver_of(curve: NamedEffect) -> str:
@@ -130,7 +122,7 @@ def describe_effect(
     if (moment := cause.effect.with_role("moment")) is not None:
         parts = filter(lambda part: part.name == cause.name, cause.effects)
         when = " at " + " and ".join(f"{digits(getattr(part, moment), 4)} s" for part in parts)
-    parameter = next(p for p in cause.effect.parameters() if p.name == main_parameter(cause.effect))
+    parameter = main_parameter(cause.effect)
     straight = cause.effect if motion is None else linearise(cause.effect, motion)
     value = short(np.asarray(getattr(straight, parameter.name), dtype=float).tolist())
     driver, whose = _drivers(cause, logged or {})
@@ -153,7 +145,6 @@ def _drivers(cause: NamedEffect, logged: Mapping[str, str]) -> tuple[str, str]:
     return driver, f" of {logged.get(currents[0], currents[0])}" if several else ""
 
 
-def main_parameter(effect: Effect) -> str:
-    """Name of the parameter that gives the size of an effect."""
-    names: Sequence[str] = effect.linear or [p.name for p in effect.parameters() if not p.worded]
-    return names[0]
+def main_parameter(effect: Effect) -> Parameter:
+    """The parameter that gives the size of an effect."""
+    return next(p for p in effect.parameters() if (p.name in effect.linear if effect.linear else not p.worded))

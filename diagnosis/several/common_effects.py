@@ -180,7 +180,7 @@ def _presences(known: Mapping[int, object], n: int) -> tuple[Presence, ...]:
 
 def main_size(effect: Effect) -> float:
     """Size of the main parameter of an effect, in its unit."""
-    return float(np.linalg.norm(np.asarray(getattr(effect, main_parameter(effect)), dtype=float)))
+    return float(np.linalg.norm(np.asarray(getattr(effect, main_parameter(effect).name), dtype=float)))
 
 
 def parameters_of(

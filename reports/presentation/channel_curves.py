@@ -7,8 +7,7 @@ from typing import Self
 
 import numpy as np
 
-from diagnosis.decision.sentence import channel_curves as named_curves
-from diagnosis.result import NORMAL_95, Diagnosis, NamedEffect
+from diagnosis.result import NORMAL_95, Diagnosis, EvidenceKind, NamedEffect
 from reports.presentation.series import block_length, block_means
 from scenarios.arrays import Array
 from sim.effects.channels import ChannelEffect, felt, powers
@@ -46,7 +45,7 @@ class ChannelCurve:
 
 def channel_curves(diagnosis: Diagnosis) -> tuple[ChannelCurve, ...]:
     """Return the curves of all channels that stand for names."""
-    return tuple(ChannelCurve.of(cause, diagnosis) for cause in named_curves(diagnosis))
+    return tuple(ChannelCurve.of(cause, diagnosis) for cause in diagnosis.of_kind(EvidenceKind.CURVE))
 
 
 def _dots(diagnosis: Diagnosis, effect: ChannelEffect) -> tuple[Array, Array] | None:

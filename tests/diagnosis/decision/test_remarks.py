@@ -22,13 +22,15 @@ from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose
 from diagnosis.problem.known import Known
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.result import Diagnosis, EvidenceKind
+from diagnosis.result import Diagnosis
 from diagnosis.verdict import Verdict
 from diagnosis.workflow import diagnose
 from recordings import Recording
 from scenarios.arrays import Array
 from sim import effects as effect_table
 from sim.scenario import ModelSpec
+from tests.diagnosis.decision.answers import IRON as CHANGED
+from tests.diagnosis.decision.answers import diagnosis_of
 from tests.diagnosis.synthetic import FIELD_ENU_NT, STRENGTH_NT, recording, without_attitude
 from validation.axes.maps import TURNS
 
@@ -66,10 +68,10 @@ def test_a_model_whose_iron_does_not_fit_is_told_so(off_nT: float, told: bool, a
     given = recording(hidden={"hard_iron": {"offset_nT": [off_nT, -off_nT, off_nT]}})
     posed = pose(given if attitude else without_attitude(given), Known(FIELD_ENU_NT, STRENGTH_NT))
     left_nT = Baseline.of(posed).residual() * posed.sigma_nT
-    found: Any = SimpleNamespace(problem=posed, named=(), model=SimpleNamespace(chain=tuple), after_nT=left_nT)
+    bare: Any = SimpleNamespace(chain=tuple)
+    found = diagnosis_of(Verdict.NAMED, problem=posed, model=bare, after_nT=left_nT)
     assert any("the iron has changed" in line for line in iron_remark(found)) is told
-    found.named = (SimpleNamespace(kind=EvidenceKind.IRON),)
-    assert not list(iron_remark(found))
+    assert not list(iron_remark(replace(found, named=(CHANGED,))))
 
 
 @pytest.mark.parametrize(
@@ -129,8 +131,8 @@ def test_a_right_strength_is_not_doubted(hidden: dict[str, Any]) -> None:
 
 
 def test_without_the_models_iron_a_factor_cannot_be_told() -> None:
-    unknown: Any = SimpleNamespace(problem=_posed({}, stated=1.02, iron_known=False), named=())
-    assert not list(iron_remark(unknown))
+    unknown = _posed({}, stated=1.02, iron_known=False)
+    assert not list(iron_remark(diagnosis_of(Verdict.NAMED, problem=unknown)))
 
 
 def _along(axes: list[list[float]], model: dict[str, Any]) -> Diagnosis:
