@@ -103,10 +103,8 @@ def _merge_equal(effects: Sequence[Effect], state: State) -> list[Effect]:
 
 def _is_additive(effect: Effect, state: State) -> bool:
     """Whether the contribution of an effect is independent of the signal; random effects have no linear parameter."""
-    if not effect.linear:
-        return False
     once, twice = (effect.apply(state, k * state.field_nT, np.random.default_rng(0), {}) for k in (1.0, 2.0))
-    return bool((once == twice).all())
+    return bool(effect.linear) and bool((once == twice).all())
 
 
 def _as_one(chain: Sequence[Effect], problem: LinearProblem) -> list[Effect]:
@@ -177,6 +175,5 @@ def _compared(model: Scenario) -> list[str]:
     """Lines of what a diagnosis compares, the field and the effects, with numbers of DIGITS significant digits."""
     head, *tables = re.split(r"^(?=\[)", to_toml(model), flags=re.MULTILINE)
     order = [line for line in head.splitlines() if line.startswith("effect_order")]
-    compared = (table for table in tables if table.startswith(("[field", "[effects", "[[effects")))
-    text = "\n".join([*order, "", *compared])
+    text = "\n".join([*order, "", *(one for one in tables if one.startswith(("[field", "[effects", "[[effects")))])
     return LONG_NUMBER.sub(lambda number: f"{float(number[0]):.{DIGITS}g}", text).splitlines()

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from calib.numerics.squares import SAME, Squares
 from diagnosis.evidence.noise_model import NoiseModel
+from diagnosis.evidence.projections import project_out
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.problem.strength import strength_problem
@@ -64,11 +65,8 @@ def chain_residual(
         fitted = base @ np.linalg.lstsq(weighted @ base, weighted @ off, rcond=1e-13)[0]
         return np.asarray((off - fitted) * problem.usable[:, None])
     each = np.concatenate([off[:, :, None], np.repeat(base[:, None], 3, axis=1)], axis=2) * used[:, None, None]
-    left = []
-    for axis in noise.whitened(problem.state.time_s, used, each)[0].swapaxes(0, 1):
-        z, A = axis[:, 0], axis[:, 1:]
-        left.append(z - A @ np.linalg.lstsq(A.T @ A, A.T @ z, rcond=1e-13)[0])
-    return np.column_stack(left)
+    white = noise.whitened(problem.state.time_s, used, each)[0]
+    return project_out(white[:, :, 1:], white[:, :, :1], common=False)[0][:, :, 0]
 
 
 def _base(problem: LinearProblem, new: Sequence[Effect]) -> Array:
