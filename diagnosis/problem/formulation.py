@@ -32,7 +32,6 @@ from validation.text import duration
 
 NOMINAL_NT = 5e4
 """Strength in place of an unstated field: scales a fit without attitude, without effect on decisions."""
-
 LONGEST_S = min(p.high for effect in EFFECTS for p in effect.parameters() if p.role == "moment")
 """Upper bound of the step-time parameters of all effects."""
 
@@ -160,14 +159,12 @@ def at_rest(recording: Recording, strength_nT: float, policy: Policy) -> bool:
 
 def _left_by_channels_nT(recording: Recording) -> Array:
     """Residual (n, 3) of the field about its mean after linear regression on currents and channels."""
-    columns: list[Array] = list(recording.channels.values())
-    if recording.current_A is not None:
-        columns += list(recording.current_A.T)
+    columns = [*recording.channels.values(), *(() if recording.current_A is None else recording.current_A.T)]
     moving = [column - column.mean() for column in columns if np.isfinite(column).all() and np.ptp(column) > 0]
     m: Array = recording.mag_nT - recording.mag_nT.mean(axis=0)
     if not moving:
         return m
-    X = np.stack([column / column.std() for column in moving], axis=1)
+    X = np.stack(moving, axis=1) / np.std(moving, axis=1)
     return np.asarray(m - X @ np.linalg.lstsq(X, m, rcond=1e-9)[0])
 
 
@@ -177,7 +174,7 @@ def without_their_noise(problem: LinearProblem) -> LinearProblem:
     An effect driven by a noisy channel is estimated too small, and its lag too long.
     """
     channels = dict(problem.state.channels)
-    for name, x in problem.state.channels.items():
+    for name, x in channels.items():
         if name != SCALAR and np.isfinite(x).all():
             smooth = smoothed(x, problem.policy.bands)
             columns = problem.sensor_axes(x - smooth)

@@ -38,8 +38,8 @@ class FieldTrack:
         """The track of a recording with the model's field; rows without a place are interpolated.
 
         None without latitude and longitude. For a recorded altitude alone, latitude and longitude are the field's own,
-        if given by place: the field of a balloon falls by some 20 nT in a kilometre. The middle is then the field's own
-        place. Raises InputError for values that are no place.
+        if given by place, which is then the middle: the field of a balloon falls by some 20 nT in a kilometre. Raises
+        InputError for values that are no place.
         """
         places, middle = _places(recording, field)
         known = np.flatnonzero(np.isfinite(places).all(axis=1))
@@ -52,7 +52,7 @@ class FieldTrack:
         here, *there = earth_field_along(np.vstack([middle, places[nodes]]), date)
         changes, at_s = np.array(there) - here, recording.time_s[nodes]
         if len(nodes) == 1:
-            changes, at_s = np.repeat(changes, 2, axis=0), at_s + np.arange(2.0)
+            return cls(here, np.repeat(changes, len(recording), axis=0))
         # a cubic without overshoot, constant outside
         return cls(here, PchipInterpolator(at_s, changes)(np.clip(recording.time_s, at_s[0], at_s[-1])))
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -62,10 +62,7 @@ def _about_iron(
     known: Known,
     beyond_nT: Array | float,
 ) -> LinearProblem:
-    """The problem of strengths (n, 1), iron fitted to the measurement less a disturbance and the effects beyond iron.
-
-    middle_nT (3,): the field east, north, up in the middle.
-    """
+    """The problem of strengths (n, 1), in a field (3,) in the middle, iron fitted less disturbance and effects."""
     level, policy = known.level, known.policy
     mag_nT = recording.mag_nT - beyond_nT - disturbance_nT
     iron = fit_iron(mag_nT, F_nT[:, 0], recording.time_s, policy, level)
@@ -114,10 +111,7 @@ def dip_columns(output_axes: Array) -> Array:
 
 
 def _state(recording: Recording, field_nT: Array, field_enu_nT: Array, level: Level | None) -> State:
-    """The state with attitudes that turn a measured field (n, 3) to the given one, and, with a level, down to down.
-
-    Without a level the turn about the field is unknown and any.
-    """
+    """The state with attitudes that turn a measured field (n, 3) to the given one, and down to down, or anywhere."""
     down, down_enu = (np.eye(3)[np.abs(field).argmin(axis=1)] for field in (field_nT, field_enu_nT[None]))
     if level is not None:
         down, down_enu = level.down, np.array([[0.0, 0.0, -1.0]])
@@ -146,8 +140,7 @@ def turns_too_fast(problem: LinearProblem) -> bool:
     return unseen and turn_rate_rad_s(problem) > problem.policy.fastest_turn
 
 
-@dataclass(frozen=True)
-class Iron:
+class Iron(NamedTuple):
     """``h = M (m - o)``: matrix M (3, 3) and offset o (3,) in nT."""
 
     matrix: Array
@@ -194,10 +187,7 @@ def unit_of(measured_nT: Array, strength_nT: Array, policy: Policy) -> tuple[flo
 
 
 def _least(theta: Array, y: Array, F: Array, level: Level | None, weight: Array, mean: Array, std: Array) -> Array:
-    """Parameters (p,) of the least sum of squares of `deviations` with weights (n, q), and of a prior.
-
-    By Levenberg-Marquardt steps on the normal equations.
-    """
+    """Parameters (p,) by Levenberg-Marquardt steps: least squares of `deviations` with weights (n, q), and a prior."""
 
     def normal(theta: Array) -> tuple[float, Array, Array]:
         off, J = deviations(theta, y, F, level)

@@ -69,11 +69,8 @@ def relative_problem(recording: Recording, reference_nT: Array, known: Known) ->
 
 
 def _axes_problem(recording: Recording, state: State, known: Known) -> LinearProblem:
-    """The problem of the axes about a free matrix on the field behind the model's iron, and an offset.
-
-    The model's effects beyond iron are subtracted: a matrix on the whole prediction would span a motor's field in the
-    body frame and take a wrong gain for iron.
-    """
+    """The problem of the axes about a free matrix on the field behind the model's iron, and an offset."""
+    # on the whole prediction a matrix would span a motor's field in the body frame, and take a wrong gain for iron
     iron = [effect for effect in known.effects if effect.traits.absorbed]
     iron_nT, predicted_nT = (apply_deterministic(chain, state)[0] for chain in (iron, known.effects))
     base = np.column_stack([iron_nT / np.linalg.norm(state.field_enu_nT), np.ones(len(recording))])
