@@ -62,7 +62,7 @@ def find_start_samples(problem: LinearProblem) -> Mask:
     policy, time_s, sections = problem.policy, problem.recording.time_s, problem.sections
     after_start = np.zeros(len(time_s), dtype=bool)
     most_s = min(policy.start_s, policy.start_share * len(time_s) * problem.state.interval_s / len(sections))
-    for section in sections if _has_attitude(problem) else ():
+    for section in sections if problem.along_attitude else ():
         after_start[section] = time_s[section] - time_s[section.start] < most_s
     return after_start
 
@@ -179,7 +179,7 @@ def find_burst_peaks(problem: LinearProblem) -> Mask:
     found, may_be_single = np.zeros(mag_nT.shape, bool), np.full(len(mag_nT), problem.mode == "strength")
     if problem.still:
         return found
-    if _has_attitude(problem):
+    if problem.along_attitude:
         may_be_single = _far(along_field(problem, seen)[0][:, None], policy)[0][:, 0]
     gaps = pauses_after(problem.state.time_s, policy)
     may_be_single[np.intersect1d(gaps, gaps + 1)] = False
@@ -226,7 +226,7 @@ def _across_the_field(problem: LinearProblem, samples: Mask) -> bool:
     With rms deviation d from the neighbours, a along the field, and s along the field in the remaining samples:
     ``a^2 - s^2 < (share d)^2``.
     """
-    if not _has_attitude(problem):
+    if not problem.along_attitude:
         return False
     field_nT = problem.ahead_of_iron(problem.off_nT)
     off = field_nT - median_filter(field_nT, (problem.policy.burst_median, 1))
@@ -251,10 +251,6 @@ def _spike_law(size_nT: Array, duration_s: float, one_size: float) -> tuple[floa
 def runs(samples: Mask) -> NDArray[np.intp]:
     """First sample and end (m, 2) of each run of true samples (n,)."""
     return np.flatnonzero(np.diff(samples, prepend=False, append=False)).reshape(-1, 2)
-
-
-def _has_attitude(problem: LinearProblem) -> bool:
-    return problem.mode == "vector" and problem.compares_across
 
 
 def _stated(problem: LinearProblem, sign: Sign) -> list[Any]:

@@ -167,7 +167,7 @@ def course_of_time(baseline: Baseline, candidate: Candidate) -> Iterator[Rival]:
 def course_of_the_field(baseline: Baseline, candidate: Candidate) -> Iterator[Rival]:
     """A cubic of time along the Earth's axes, which no noise of the sensor's axes describes."""
     problem, traits = baseline.problem, candidate.effect.traits
-    if problem.mode == "vector" and problem.compares_across and not (traits.field_source or traits.attitude_error):
+    if problem.along_attitude and not (traits.field_source or traits.attitude_error):
         terms = np.column_stack([np.ones(len(problem.recording)), powers(_clock(problem), HIGHEST)])
         yield Rival("explained better by a smooth course of the field", in_axes(problem.earth_axes(), terms))
 

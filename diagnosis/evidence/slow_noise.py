@@ -88,7 +88,7 @@ def is_earth_frame_noise(problem: LinearProblem, residual: Array) -> bool:
 
     Sensor noise turns with the sensor; a changing field is fixed to the Earth.
     """
-    if problem.mode != "vector" or not problem.compares_across:
+    if not problem.along_attitude:
         return False
     policy, interval_s = problem.policy, problem.state.interval_s
     body = problem.ahead_of_iron(residual * problem.sigma_nT) / rms(problem.sigma_nT)

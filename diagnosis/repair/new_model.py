@@ -129,7 +129,7 @@ def _as_one(chain: Sequence[Effect], problem: LinearProblem) -> list[Effect]:
 
 def _pairs(chain: Sequence[Effect], problem: LinearProblem) -> list[tuple[Effect, Effect]]:
     """Effects of one name of which the chain has two, both linear in a size and acting throughout."""
-    if problem.mode != "vector" or problem.still or problem.relative:
+    if not problem.along_attitude:
         return []
     able = sorted((effect for effect in chain if effect.linear and effect.active_s is None), key=lambda one: one.name)
     of_name = (tuple(several) for _, several in itertools.groupby(able, key=lambda one: one.name))
@@ -156,7 +156,7 @@ def resimulated_rms_nT(recording: Recording, model: Scenario, end: LinearProblem
     recording : with its attitude as recorded. end : the problem at the end of the diagnosis, whose usable samples are
     counted. None where the three axes are not compared with the Earth's field.
     """
-    if end.mode != "vector" or end.still or end.relative or len(end.usable) != len(recording):
+    if not end.along_attitude or len(end.usable) != len(recording):
         return None
     kind = ModelSpec if isinstance(model, StandIn) else Scenario
     read = kind.model_validate(parsed_toml(written_model(model), "model.toml", "report the model"))
