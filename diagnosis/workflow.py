@@ -56,9 +56,9 @@ class Examination:
 def diagnose(
     recording: Recording,
     model: Model,
-    *,
     field_enu_nT: Array | None = None,
     strength_nT: float | None = None,
+    *,
     fitted_base: bool = False,
     without: frozenset[str] = frozenset(),
     policy: Policy = STANDARD,

@@ -19,9 +19,8 @@ from typing import Any
 import shown
 from matplotlib.figure import Figure
 
-from diagnosis.question import Question, answer
+from diagnosis.question import Question, answer, file_sources
 from diagnosis.result import Diagnosis
-from diagnosis.sources import file_sources
 from magbench.cli import main
 from reports.plots.diagnosis import draw_channel, draw_gap, draw_ranking, draw_spectrum
 from reports.presentation.diagnosis import PresentedDiagnosis

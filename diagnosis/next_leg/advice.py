@@ -252,10 +252,10 @@ def pairs_of(recording: LegProblem, cause: NamedEffect) -> Iterator[HypothesisPa
     for name, may_be in _rivals(recording, cause).items():
         if rivals := recording.settings(name, effect, window):
             rival = recording.fitted(effect, rivals)
-            own = (Candidate.of(effect), *recording.settings(cause.name, rival, window))
-            throughout = (tuple(one.at({ACTIVE_WINDOW.name: None}) for one in each) for each in (own, rivals))
-            both = (replace(one, active_s=None) for one in (effect, rival))
-            yield HypothesisPair(*both, *throughout, listed=may_be)
+            settings = ([Candidate.of(effect), *recording.settings(cause.name, rival, window)], rivals)
+            own, others = (tuple(one.at({ACTIVE_WINDOW.name: None}) for one in each) for each in settings)
+            first, second = (replace(one, active_s=None) for one in (effect, rival))
+            yield HypothesisPair(first, second, own, others, may_be)
 
 
 def _rivals(recording: LegProblem, cause: NamedEffect) -> dict[str, bool]:

@@ -107,6 +107,6 @@ def legs_of(model: Scenario) -> list[CandidateLeg]:
 
 def measured_along(scenario: Scenario) -> Recording:
     """The recording of a flight without errors of magnetometer and navigation."""
-    bare = {"effects": Effects(), "effect_order": None, "vary": {}, "sensor": None}
+    bare: dict[str, Any] = {"effects": Effects(), "effect_order": None, "vary": {}, "sensor": None}
     quiet = scenario.navigation.model_copy(update=QUIET)
     return run_in_memory(plan(scenario.model_copy(update={**bare, "navigation": quiet}), 0, 0))[0]

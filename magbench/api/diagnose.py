@@ -25,8 +25,7 @@ if TYPE_CHECKING:
 
     from calib.reference import Reference
     from diagnosis.policy import Policy
-    from diagnosis.question import Question
-    from diagnosis.sources import Source
+    from diagnosis.question import Question, Source
     from magbench.api.diagnosis_results import DiagnosisResult, PooledDiagnosisResult
     from recordings.reading import Reading
 
@@ -112,8 +111,7 @@ def _question(
 
 def _second(confirm: Data | None, sources: Sequence[Source], reading: Reading) -> Source | None:
     """The recording that confirms, of the same run and sensors as the first; InputError beside several."""
-    from diagnosis.question import CONFIRM
-    from diagnosis.sources import check_single
+    from diagnosis.question import CONFIRM, check_single
 
     if confirm is None:
         return None
@@ -151,7 +149,7 @@ def _sources(
     reference_sensor: int | None,
 ) -> tuple[Source, ...]:
     """The recordings of the argument: files, or one recording in memory."""
-    from diagnosis.sources import Source, file_sources
+    from diagnosis.question import Source, file_sources
 
     if isinstance(data, str | PathLike):
         return file_sources([path_of(data)], run, sensor, reading, reference_sensor)

@@ -11,7 +11,7 @@ from scenarios.errors import InputError
 
 if TYPE_CHECKING:
     from calib.reference import Reference
-    from diagnosis.sources import Source
+    from diagnosis.question import Source
     from recordings import Recording
     from reports.presentation.stated_iron import StatedIron
 

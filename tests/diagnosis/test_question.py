@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagnosis.question import Question, answer
+from diagnosis.question import Question, answer, file_sources
 from diagnosis.result import Diagnosis
-from diagnosis.sources import file_sources
 from recordings import write_recording
 from scenarios.errors import InputError
 from sim.effects.iron import HardIron

@@ -13,9 +13,8 @@ from scipy.spatial.transform import Rotation
 from calib.numerics.rates import body_rate
 from diagnosis.problem.formulation import pose_model
 from diagnosis.problem.sensors import needs_field, one_sensor, recorded_reference
-from diagnosis.question import Question, answer
+from diagnosis.question import Question, answer, file_sources
 from diagnosis.result import Diagnosis
-from diagnosis.sources import file_sources
 from diagnosis.workflow import diagnose
 from recordings import Recording, write_recording
 from recordings.channels import REFERENCE

@@ -12,12 +12,11 @@ import pytest
 
 from diagnosis.problem.formulation import pose_model
 from diagnosis.problem.sensors import model_of_sensor, of_sensor
-from diagnosis.question import Question, answer
+from diagnosis.question import Question, answer, check_single, file_sources, of_one_array
 from diagnosis.result import Transfer
 from diagnosis.several.pooled_effect import Presence
 from diagnosis.several.result import PooledDiagnosis, worst
 from diagnosis.several.workflow import diagnose_sensors
-from diagnosis.sources import check_single, file_sources, of_one_array
 from diagnosis.verdict import Verdict
 from recordings import Recording, write_recording
 from scenarios.errors import InputError

@@ -9,8 +9,7 @@ from typing import TypeVar
 
 import pytest
 
-from diagnosis.question import Question, answer
-from diagnosis.sources import file_sources
+from diagnosis.question import Question, answer, file_sources
 from magbench.api.diagnosis_results import diagnosis_result
 from sim.dataset_writer import generate
 from tests.short import short

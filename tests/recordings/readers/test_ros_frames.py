@@ -16,7 +16,7 @@ from rosbags.typesys import get_types_from_msg
 from scipy.spatial.transform import Rotation
 
 import magbench
-from diagnosis.sources import file_sources
+from diagnosis.question import file_sources
 from recordings.readers import load
 from scenarios.arrays import Array
 from scenarios.errors import InputError
