@@ -19,8 +19,8 @@ from diagnosis.problem.formulation import pose_model
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.problem.sensors import BY_MODEL, model_of_sensor, needs_field, one_sensor, with_actuators
 from diagnosis.result import Diagnosis
-from diagnosis.several.confirmation import confirmed
 from diagnosis.several.result import PooledDiagnosis
+from diagnosis.several.transfer import confirmed
 from diagnosis.several.workflow import check_apart, diagnose_sensors, diagnose_together
 from diagnosis.workflow import Progress, diagnose
 from recordings import Recording, read_recording

@@ -104,6 +104,19 @@ class NamedEffect:
         lasts = self.effect.active_s is None and not self.effect.traits.one_run
         return lasts and self.kind in FITTED
 
+    def as_dict(self) -> dict[str, Any]:
+        """Keys of the JSON that all named effects have."""
+        return {
+            "name": self.name,
+            "alternatives": list(self.alternatives),
+            "rivals": list(self.rivals),
+            "parameters": parameters(self),
+            "evidence": self.transfer,
+            "how": self.kind,
+            "evidence_nats": self.nats,
+            "strength_sigma": self.strength,
+        }
+
 
 @dataclass(frozen=True)
 class GapSize:
@@ -311,17 +324,9 @@ class Diagnosis(Explanation):
 
     def _effect_json(self, cause: NamedEffect) -> dict[str, Any]:
         given, corrected = map(_values_in_use, self.correction_of(cause) or (None, None))
-        return {
-            "name": cause.name,
-            "alternatives": list(cause.alternatives),
-            "rivals": list(cause.rivals),
-            "parameters": parameters(cause),
+        return cause.as_dict() | {
             "also": [{"name": effect.name, "parameters": _values_in_use(effect)} for effect in cause.also],
-            "evidence": cause.transfer,
-            "how": cause.kind,
-            "evidence_nats": cause.nats,
             "needed_nats": cause.needed,
-            "strength_sigma": cause.strength,
             "stated": given,
             "corrected": corrected,
             **_interval_json(self.stretch(cause)),

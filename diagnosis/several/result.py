@@ -12,7 +12,6 @@ from typing import Any
 from diagnosis.evidence.localise import ChannelShare
 from diagnosis.result import OF_VALUES, Diagnosis, Explanation, GapSize, Transfer, parameters
 from diagnosis.several.common_effects import CommonEffect, in_all
-from diagnosis.several.pooled_effect import Presence
 from diagnosis.verdict import Verdict
 from sim.scenario import Scenario
 
@@ -109,11 +108,6 @@ class PooledDiagnosis:
             return own_cause and all(effect.named.kind in OF_VALUES for effect in self.common)
         return self.verdict is Verdict.UNKNOWN and all(own.verdict.explained for own in self.each)
 
-    def without(self, effect: CommonEffect) -> list[str]:
-        """Names of the recordings or sensors that exclude an effect."""
-        pairs = zip(self.names, effect.presence, strict=True)
-        return [name for name, presence in pairs if presence is Presence.ABSENT]
-
     @property
     def not_observable(self) -> tuple[str, ...]:
         """Effects observable in none of the recordings."""
@@ -146,15 +140,8 @@ class PooledDiagnosis:
         rows, test = zip(self.names, effect.presence, effect.each, strict=True), effect.agreement
         # sensors of one recording share its slow errors: they are no second recording
         among = {"evidence": Transfer.SINGLE_RUN, "among_sensors": self.scope.labels[effect.transfer]}
-        return {
-            "name": effect.name,
-            "alternatives": list(effect.named.alternatives),
-            "rivals": list(effect.named.rivals),
-            "parameters": parameters(effect.named),
-            **({"evidence": effect.transfer} if self.scope is RECORDINGS else among),
-            "how": effect.named.kind,
-            "evidence_nats": effect.named.nats,
-            "strength_sigma": effect.named.strength,
+        return effect.named.as_dict() | {
+            **({} if self.scope is RECORDINGS else among),
             "agreement": {"chi2": None, "degrees": 0, "p": None}
             if test is None
             else {"chi2": test.chi2, "degrees": test.degrees, "p": test.p},

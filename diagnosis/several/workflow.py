@@ -58,21 +58,19 @@ def diagnose_together(
     cluster : examines the recordings, each a task; by default this process does.
     Raises InputError for fewer than two recordings, and for identical samples.
     """
-    _check_several(names, [problem.recording for problem in problems])
+    if len(problems) < 2:
+        raise InputError("a single recording cannot be compared", where="recordings", do="give two or more")
+    for i, j in itertools.combinations(range(len(problems)), 2):
+        check_apart(problems[i].recording, problems[j].recording, f"{names[i]}, {names[j]}")
     tasks = [(name, problem, model, without) for name, problem in zip(names, problems, strict=True)]
     recordings = list(map(PooledRecording.of, _examine_each(tasks, say, cluster)))
     effects, alone = select_pooled(recordings, say)
     say("the simulator with the new models")
-    measured = [recording.problem for recording in recordings]
     verdict, common, gaps = judge_pool(recordings, effects)
     each = tuple(diagnosis_of(recording.examination) for recording in recordings)
-    single = tuple(common_effect(effect, measured) for effect in alone)
-    new = patch_model(model, [effect.named for effect in common], measured[0])
-    found = PooledDiagnosis(tuple(names), each, verdict, common, single, gaps, new)
-    if found.says_less_than_each:
-        first = worst(each)
-        found = replace(found, first=first, verdict=each[first].verdict)
-    return with_sentences(found)
+    single = tuple(common_effect(effect, [one.problem for one in recordings]) for effect in alone)
+    new = patch_model(model, [effect.named for effect in common], recordings[0].problem)
+    return with_sentences(PooledDiagnosis(tuple(names), each, verdict, common, single, gaps, new))
 
 
 def diagnose_sensors(
@@ -93,23 +91,13 @@ def diagnose_sensors(
     each = tuple(map(diagnosis_of, examinations))
     say("comparison of the sensors")
     named = {cause.name for own in each for cause in own.named if cause.kind is EvidenceKind.HELD_OUT}
-    first, compared = worst(each), _compared_effects(examinations, named)
-    common, single = (
-        tuple(effect for effect in compared if (effect.transfer is Transfer.SINGLE_RUN) is alone)
-        for alone in (False, True)
+    compared, first = _compared_effects(examinations, named), worst(each)
+    single = tuple(effect for effect in compared if effect.transfer is Transfer.SINGLE_RUN)
+    common = tuple(effect for effect in compared if effect.transfer is not Transfer.SINGLE_RUN)
+    told = PooledDiagnosis(
+        tuple(names), each, each[first].verdict, common, single, each, each[first].model, SENSORS, first
     )
-    found = PooledDiagnosis(
-        names=tuple(names),
-        each=each,
-        verdict=each[first].verdict,
-        common=common,
-        single=single,
-        gaps=each,
-        model=each[first].model,
-        scope=SENSORS,
-        first=first,
-    )
-    return with_sentences(found)
+    return with_sentences(told)
 
 
 def _compared_effects(examinations: Sequence[Examination], named: Set[str]) -> list[CommonEffect]:
@@ -152,13 +140,6 @@ def _examine_each(tasks: Sequence[Task], say: Progress, cluster: Tasks | None = 
         say(f"{name}: examined")
         found[name] = examination
     return [found[name] for name, *_ in tasks]
-
-
-def _check_several(names: Sequence[str], recordings: Sequence[Recording]) -> None:
-    if len(recordings) < 2:
-        raise InputError("a single recording cannot be compared", where="recordings", do="give two or more")
-    for (name, one), (other_name, other) in itertools.combinations(zip(names, recordings, strict=True), 2):
-        check_apart(one, other, f"{name}, {other_name}")
 
 
 def check_apart(first: Recording, second: Recording, where: str) -> None:

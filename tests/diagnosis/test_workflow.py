@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from diagnosis.problem.formulation import pose_model
-from diagnosis.several.confirmation import confirmed
+from diagnosis.several.transfer import confirmed
 from diagnosis.workflow import diagnose
 from scenarios.toml import to_toml
 from sim import effects as effect_table

@@ -11,7 +11,7 @@ from diagnosis.evidence.binned_rows import BinnedRows
 from diagnosis.evidence.windowed_candidates import Span, Timeline, _gains, _is_one_sided
 from diagnosis.library.candidates import iron_candidates, propose_candidates
 from diagnosis.policy import STANDARD
-from diagnosis.several.confirmation import confirmed
+from diagnosis.several.transfer import confirmed
 from diagnosis.workflow import diagnose
 from sim.effects import EFFECTS
 from sim.scenario import ModelSpec

@@ -16,7 +16,7 @@ from diagnosis.problem.known import Known
 from diagnosis.repair.channel_curves import CurveRound, better_channels, channel_of, follow_channels, select_curves
 from diagnosis.repair.refinement import chain_residual
 from diagnosis.result import EvidenceKind
-from diagnosis.several.confirmation import confirmed
+from diagnosis.several.transfer import confirmed
 from diagnosis.workflow import diagnose
 from recordings import Recording
 from recordings.channels import HEIGHT, current_name

@@ -7,11 +7,10 @@ from typing import Any
 
 import pytest
 
-from diagnosis.result import Diagnosis, EvidenceKind, NamedEffect
-from diagnosis.several.confirmation import _holds_throughout, confirmed
+from diagnosis.result import Diagnosis
+from diagnosis.several.transfer import confirmed
 from diagnosis.workflow import diagnose
 from recordings import Recording
-from sim.effects.currents import MotorCurrent
 from sim.scenario import ModelSpec
 from tests.diagnosis.several.test_workflow import motor
 from tests.diagnosis.synthetic import FIELD_ENU_NT, STRENGTH_NT, recording, without_attitude
@@ -49,20 +48,3 @@ def test_only_the_same_coefficients_are_borne_out(attitude: bool, share: float, 
 def test_a_recording_without_attitude_says_nothing_of_one_with_it() -> None:
     second = flight(motor(1.0), False, 9)
     assert confirmed(first(True), second, MODEL, None, STRENGTH_NT).named[0].transfer == "single-run"
-
-
-@pytest.mark.parametrize(
-    ("kind", "active_s", "holds"),
-    [
-        (EvidenceKind.HELD_OUT, None, True),
-        (EvidenceKind.HELD_OUT, (20.0, 60.0), False),
-        (EvidenceKind.CURVE, None, True),
-        (EvidenceKind.SPECTRUM, None, False),
-        (EvidenceKind.SPECTRUM, (20.0, 60.0), False),
-    ],
-)
-def test_what_is_taken_off_the_second_recording_was_fitted_to_the_whole_of_the_first(
-    kind: EvidenceKind, active_s: tuple[float, float] | None, holds: bool
-) -> None:
-    effect = MotorCurrent(gain_nT_A=(3.0, -2.0, 4.0), active_s=active_s)
-    assert _holds_throughout(NamedEffect(effect, (), kind, 50.0, 2.0)) is holds

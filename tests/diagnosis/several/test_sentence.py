@@ -10,7 +10,6 @@ from diagnosis.evidence.localise import ChannelShare
 from diagnosis.result import EvidenceKind, Transfer
 from diagnosis.several.result import SENSORS
 from diagnosis.several.sentence import (
-    array_advice,
     describe_transfer,
     headline_sentence,
     pooled_advice,
@@ -110,31 +109,31 @@ def test_what_one_recording_alone_names_is_contradicted_or_open() -> None:
 
 def test_the_headline_is_the_worst_sensor_s_with_the_verdicts_of_all() -> None:
     each = (own(), own(Verdict.UNKNOWN), own(Verdict.NAMED))
-    found = headline_sentence(pooled(common(ALL), each=each, scope=SENSORS, verdict=Verdict.UNKNOWN), 1)
+    found = headline_sentence(pooled(common(ALL), each=each, scope=SENSORS, verdict=Verdict.UNKNOWN, first=1))
     assert found == (
         "second, of 3 sensors (1 none, 1 unknown, 1 named): it is unknown. motor_current is the same in all 3 sensors."
     )
-    alike = headline_sentence(pooled(scope=SENSORS, verdict=Verdict.NONE), 0)
+    alike = headline_sentence(pooled(scope=SENSORS, verdict=Verdict.NONE, first=0))
     assert alike == "All 3 sensors: it is none."
-    named = pooled(each=(own(Verdict.NAMED),) * 3, scope=SENSORS, verdict=Verdict.NAMED)
-    assert headline_sentence(named, 2) == "third, of 3 sensors (3 named): it is named."
-    mixed = pooled(each=(own(), own(), own(Verdict.NAMED)), scope=SENSORS, verdict=Verdict.NONE)
-    assert headline_sentence(mixed, 0).startswith("first, of 3 sensors (2 none, 1 named): ")
+    named = pooled(each=(own(Verdict.NAMED),) * 3, scope=SENSORS, verdict=Verdict.NAMED, first=2)
+    assert headline_sentence(named) == "third, of 3 sensors (3 named): it is named."
+    mixed = pooled(each=(own(), own(), own(Verdict.NAMED)), scope=SENSORS, verdict=Verdict.NONE, first=0)
+    assert headline_sentence(mixed).startswith("first, of 3 sensors (2 none, 1 named): ")
 
 
 def test_what_sensors_share_is_far_and_what_differs_is_near() -> None:
     told = {"scope": SENSORS, "first": 1, "each": (own(), own(advice=("own", "own")), own(advice=("other",)))}
-    far, own_advice = array_advice(pooled(common(ALL), **told))
+    far, own_advice = pooled_advice(pooled(common(ALL), **told))
     assert "is the same at all sensors: its source is far away" in far
     assert own_advice == "own"
-    (near, _) = array_advice(pooled(common(DIFFERS, gains=(6.0, None, -2.0)), **told))
+    (near, _) = pooled_advice(pooled(common(DIFFERS, gains=(6.0, None, -2.0)), **told))
     assert near.endswith("or inside each sensor. third has least, first 3 times as much.")
-    (nothing, _) = array_advice(pooled(common(DIFFERS, gains=(6.0, 0.0, 2.0)), **told))
+    (nothing, _) = pooled_advice(pooled(common(DIFFERS, gains=(6.0, 0.0, 2.0)), **told))
     assert nothing.endswith("second has least, first most.")
-    (some, _) = array_advice(pooled(common(SOME, (HERE, ABSENT, ABSENT)), **told))
+    (some, _) = pooled_advice(pooled(common(SOME, (HERE, ABSENT, ABSENT)), **told))
     assert some == "motor_current is not in second, third: its source is near or inside the other sensors."
-    assert array_advice(pooled(common(SOME, (HERE, HERE, OPEN)), **told)) == ("own",)
-    (single, _) = array_advice(pooled(single=(common(Transfer.SINGLE_RUN, (HERE, ABSENT, OPEN)),), **told))
+    assert pooled_advice(pooled(common(SOME, (HERE, HERE, OPEN)), **told)) == ("own",)
+    (single, _) = pooled_advice(pooled(single=(common(Transfer.SINGLE_RUN, (HERE, ABSENT, OPEN)),), **told))
     assert single.startswith("motor_current is not in second: ")
 
 
