@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from operator import attrgetter
+from operator import attrgetter, itemgetter
 
 import numpy as np
 
@@ -25,6 +26,8 @@ SAME_NATS = 0.5
 """Least gain in nats for which the search of the wander's variance goes on."""
 FAR_NATS = 200.0
 """Nats below the best noise model at which a pure random walk is discarded without a search of its variance."""
+TOGETHER = 60
+"""Columns whitened at once: cost, not a decision."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,10 +111,15 @@ def information_matrices(
     rows: BinnedRows, accepted_columns: Array, several: Sequence[Array], noise_model: NoiseModel
 ) -> list[Array]:
     """Products (k + 1, k + 1) of each of m groups of columns (n, q, k) and, last, of the target, see `remaining`."""
-    columns = remaining(rows, accepted_columns, np.concatenate(several, axis=2), noise_model)
-    N, ends = products(columns), np.cumsum([group.shape[2] for group in several])
-    groups = [np.r_[end - group.shape[2] : end, len(N) - 1] for group, end in zip(several, ends, strict=True)]
-    return [N[np.ix_(g, g)] for g in groups]
+    found, piece = list[Array](), np.cumsum([group.shape[2] for group in several]) // TOGETHER
+    for _, part in itertools.groupby(zip(piece, several, strict=True), key=itemgetter(0)):
+        groups = [group for _, group in part]
+        left = remaining(rows, accepted_columns, np.concatenate(groups, axis=2), noise_model)
+        target, at = left[:, :, -1:], 0
+        for group in groups:
+            own = left[:, :, at : (at := at + group.shape[2])]
+            found.append(products(np.concatenate([own, target], axis=2)))
+    return found
 
 
 def remaining(rows: BinnedRows, accepted_columns: Array, columns: Array, noise_model: NoiseModel) -> Array:

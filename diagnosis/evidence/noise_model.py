@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib.numerics.innovations import innovations
 from calib.numerics.kernels import fast_kernel
@@ -77,30 +76,26 @@ class NoiseModel:
         A Kalman filter with transition ``exp(-dt / tau_j)`` at the true times; unusable rows do not update the state.
         Outputs without a common wander are filtered one by one.
         """
-        each = np.arange(len(self.white))
-        groups = [each] if self.turning.size else each[:, None]
-        parts = [self._innovations(time_s, usable, columns[:, group], group) for group in groups]
-        out, ln_S = (np.concatenate(part, axis=1) for part in zip(*parts, strict=True))
+        q = len(self.white)
+        out, ln_S = np.empty_like(columns), np.empty(columns.shape[:2])
+        for group in [slice(q)] if self.turning.size else [slice(a, a + 1) for a in range(q)]:
+            out[:, group], ln_S[:, group] = self._innovations(time_s, usable, columns[:, group], group)
         return out, ln_S
 
-    def _innovations(
-        self, time_s: Array, usable: Array, columns: Array, group: NDArray[np.int64]
-    ) -> tuple[Array, Array]:
+    def _innovations(self, time_s: Array, usable: Array, columns: Array, group: slice) -> tuple[Array, Array]:
         """Innovations (n, q, w) and ln S (n, q) of a group of q outputs, by sequential updates of the outputs."""
-        (n, q, w), white = columns.shape, self.white[group]
+        n, q, w = columns.shape
         tau_s, variance, seen = self._processes(n, group)
-        root, decay = np.sqrt(white)[:, None], np.ones((n, q, len(tau_s)))
-        decay[1:, 0] = np.exp(-np.diff(time_s)[:, None] / tau_s)
-        steps = decay.reshape(n * q, -1)[1:]
-        each, toward = (np.reshape(values / root, (n * q, -1)) for values in (columns, seen))
-        out, ln_S = innovations(each, toward, (variance, steps, (1 - steps**2) * variance), 1.0, np.repeat(usable, q))
-        return out.reshape(n, q, w), ln_S.reshape(n, q) + (usable > 0)[:, None] * np.log(white)
+        processes, toward = (variance, 1 / tau_s, np.zeros(len(tau_s))), seen.reshape(n * q, -1)
+        rows, white = columns.reshape(n * q, w), np.tile(self.white[group], n)
+        out, ln_S = innovations(rows, toward, processes, np.repeat(time_s, q), white, np.repeat(usable, q))
+        return out.reshape(n, q, w), ln_S.reshape(n, q)
 
-    def _processes(self, n: int, group: NDArray[np.int64]) -> tuple[Array, Array, Array]:
+    def _processes(self, n: int, group: slice) -> tuple[Array, Array, Array]:
         """Time constants (m,) and variances (m,) of all active processes, and how the outputs see them (n, q, m)."""
         slow, white = self.slow[group], self.white[group]
         whose, which = np.nonzero(slow > LEAST_SLOW * white[:, None])
-        own = np.broadcast_to(np.arange(len(group))[:, None] == whose, (n, len(group), len(whose)))
+        own = np.broadcast_to(np.arange(len(white))[:, None] == whose, (n, len(white), len(whose))).astype(np.float64)
         if self.output_axes is None or not self.turning.size:
             return self.tau_s[which], slow[whose, which], own
         turning = self.turning > LEAST_SLOW * white.min()

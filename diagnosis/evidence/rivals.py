@@ -57,12 +57,12 @@ def winning_rivals(fit: CandidateFit, baseline: Baseline, beside: ColouredBaseli
     groups = [*(beside.rows.bin(rival.columns) for rival in tried), fit.columns]
     *gains, own = in_sample_gains(beside.rows, beside.accepted_columns, groups, fit.hypothesis.noise_model)
     # in sample, a first look at a tenth of the price
-    policy, won = beside.rows.policy, list[tuple[float, str]]()
-    for rival in (rival for rival, gain in zip(tried, gains, strict=True) if rival.leads(gain, own, policy)):
-        other = _fitted(rival.columns, fit, baseline, beside)
+    policy = beside.rows.policy
+    likely = (rival for rival, gain in zip(tried, gains, strict=True) if rival.leads(gain, own, policy))
+    fitted = sorted(((_fitted(rival.columns, fit, baseline, beside), rival) for rival in likely), key=lambda one: -one[0].gain)
+    for other, rival in fitted:
         if rival.leads(other.gain, fit.gain, policy) and _suffices(rival, other, fit, beside):
-            won.append((other.gain, rival.words))
-    yield from (words for _, words in sorted(won, reverse=True))
+            yield rival.words
 
 
 def _fitted(columns: Array, fit: CandidateFit, baseline: Baseline, beside: ColouredBaseline) -> CandidateFit:

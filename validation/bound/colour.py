@@ -24,7 +24,7 @@ class Colour:
     walk_nT_sqrt_s: float
 
     def processes(self, step_s: Array) -> tuple[Array, Array, Array]:
-        """Return var x_0 (m,), decay and var w (n - 1, m) of processes ``x_(i+1) = decay_i x_i + w_i`` in the noise.
+        """Return var x_0 (m,), rates (m,) and growths (m,) of the processes in the noise, see `innovations`.
 
         A process of variance d^2 ln r and corner f_k, corners r apart, has density d^2 ln r (2 / pi) f_k /
         (f^2 + f_k^2); the sum is d^2 / f between the corners. At the lowest corner the slow processes have the variance
@@ -35,10 +35,7 @@ class Colour:
         count = int(np.ceil(np.log10(highest / lowest) * CORNERS_A_DECADE)) + 1
         corners = np.geomspace(lowest, highest, count)
         size = np.append(np.full(count, self.flicker_nT_sqrt_hz**2 * np.log(corners[1] / corners[0])), 0.0)
-        decay = np.exp(-2.0 * np.pi * step_s[:, None] * np.append(corners, 0.0))
-        kick = size * (1.0 - decay**2)
-        kick[:, -1] = self.walk_nT_sqrt_s**2 * step_s
-        return size, decay, kick
+        return size, 2.0 * np.pi * np.append(corners, 0.0), np.append(np.zeros(count), self.walk_nT_sqrt_s**2)
 
 
 def whitened(rows: Array, noise_std_nT: float, colour: Colour | None, step_s: Array) -> Array:
@@ -49,12 +46,12 @@ def whitened(rows: Array, noise_std_nT: float, colour: Colour | None, step_s: Ar
     """
     if colour is None:
         return np.asarray(rows.reshape(-1, rows.shape[2]) / noise_std_nT)
-    size, decay, kick = colour.processes(step_s)
+    processes, time_s = colour.processes(step_s), np.append(0.0, np.cumsum(step_s))
     parts = []
     for row in rows.transpose(1, 0, 2):
         seen = [axis for axis in range(3) if row[:, axis].any()]
-        toward = np.repeat(row[:, seen], len(size), axis=1)
-        own = (np.tile(one, len(seen)) for one in (size, decay, kick))
-        white, all_rows = noise_std_nT**2, np.ones(len(row))
-        parts.append(innovations(np.ascontiguousarray(row), toward, (*own,), white, all_rows)[0])
+        toward = np.repeat(row[:, seen], len(processes[0]), axis=1)
+        size, rate, growth = (np.tile(one, len(seen)) for one in processes)
+        white, all_rows = np.full(len(row), noise_std_nT**2), np.ones(len(row))
+        parts.append(innovations(row, toward, (size, rate, growth), time_s, white, all_rows)[0])
     return np.concatenate(parts)
