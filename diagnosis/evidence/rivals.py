@@ -59,7 +59,9 @@ def winning_rivals(fit: CandidateFit, baseline: Baseline, beside: ColouredBaseli
     # in sample, a first look at a tenth of the price
     policy = beside.rows.policy
     likely = (rival for rival, gain in zip(tried, gains, strict=True) if rival.leads(gain, own, policy))
-    fitted = sorted(((_fitted(rival.columns, fit, baseline, beside), rival) for rival in likely), key=lambda one: -one[0].gain)
+    fitted = sorted(
+        ((_fitted(rival.columns, fit, baseline, beside), rival) for rival in likely), key=lambda one: -one[0].gain
+    )
     for other, rival in fitted:
         if rival.leads(other.gain, fit.gain, policy) and _suffices(rival, other, fit, beside):
             yield rival.words
