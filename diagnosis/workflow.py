@@ -20,8 +20,7 @@ from diagnosis.evidence.reference_checks import correct_reference
 from diagnosis.policy import STANDARD, Policy
 from diagnosis.problem.formulation import pose_model
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.repair.channel_curves import better_channels, follow_channels
-from diagnosis.repair.named_effects import explain
+from diagnosis.repair.named_effects import better_channels, explain, follow_channels
 from diagnosis.repair.new_model import patch_model, resimulated_rms_nT
 from diagnosis.result import OF_VALUES, Diagnosis, EvidenceKind, Explanation
 from diagnosis.verdict import Verdict
@@ -36,10 +35,7 @@ Progress = Callable[[str], object]
 
 @dataclass(frozen=True)
 class Examination:
-    """A recording compared with a model, and the conclusion: the basis of a diagnosis.
-
-    whole : the problem as first posed, of all samples and of the model as given.
-    """
+    """A recording compared with a model, and the conclusion; whole : the problem as first posed, of all samples."""
 
     whole: LinearProblem
     model: Model

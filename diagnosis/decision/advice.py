@@ -112,10 +112,7 @@ def _is_at_rest(problem: LinearProblem, samples: NDArray[np.bool_]) -> bool:
 
 
 def navigation_advice(diagnosis: Diagnosis) -> Iterator[str]:
-    """An attitude error turns the field and leaves nothing along it; a rotating part has a component along the field.
-
-    A spectrum rising with frequency is no sensor noise: a rotating part is as fast, or the clocks are uneven.
-    """
+    """An attitude error leaves nothing along the field, and a spectrum rising with frequency is no sensor noise."""
     problem, rise = diagnosis.problem, diagnosis.rise
     fast = rise is not None and is_attitude_error(problem, diagnosis.residual, problem.state.interval_s)
     unexplained = diagnosis.verdict in (Verdict.UNKNOWN, Verdict.PARTIAL)
@@ -140,10 +137,7 @@ def reference_advice(diagnosis: Diagnosis) -> Iterator[str]:
 
 
 def recording_advice(diagnosis: Diagnosis) -> Iterator[str]:
-    """A second recording to confirm by, as held-out segments share the slow noise of theirs, and missing channels.
-
-    Direct evidence needs no confirmation.
-    """
+    """A second recording to confirm by, which direct evidence does not need, and missing channels."""
     unconfirmed = [cause for cause in diagnosis.named if cause.kind is not EvidenceKind.DIRECT]
     alone = [cause for cause in unconfirmed if cause.transfer is Transfer.SINGLE_RUN]
     doubtful = ", ".join(cause.name for cause in alone if cause.transferable)

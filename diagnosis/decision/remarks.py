@@ -76,10 +76,7 @@ def reference_remarks(diagnosis: Diagnosis) -> Iterator[tuple[str, str]]:
 
 
 def iron_remark(diagnosis: Diagnosis) -> Iterator[str]:
-    """Model iron that does not fit, without being named, or that gives another strength than stated.
-
-    In vector mode named effects are subtracted first: a motor's mean field is no iron.
-    """
+    """Iron of the model that does not fit beside the named effects, or that gives another strength than stated."""
     problem, factor = diagnosis.problem, None
     if diagnosis.of_kind(EvidenceKind.IRON) or not problem.iron_known:
         return
@@ -151,10 +148,7 @@ def axis_permutation(problem: LinearProblem) -> str | None:
 
 
 def mount_remark(diagnosis: Diagnosis) -> Iterator[str]:
-    """A change of the iron due to the attitude's axes being rotated against those of the model's iron.
-
-    ``A^-1 M``, A the model's matrix and M the fitted one, is a rotation R where M = A R.
-    """
+    """A change of the iron by rotated axes of the attitude: ``M = A R``, A the model's matrix and M the fitted one."""
     problem, iron = diagnosis.problem, [cause.effect for cause in diagnosis.of_kind(EvidenceKind.IRON)]
     matrix = any(one.traits.absorbed and not (one.traits.constant or one.tangents) for one in iron)
     if not (matrix and problem.turns):

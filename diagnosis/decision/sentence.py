@@ -79,10 +79,7 @@ def _course(diagnosis: Diagnosis) -> str:
 
 
 def _nearest(diagnosis: Diagnosis) -> str:
-    """The best refused candidate with any evidence.
-
-    One that gains much by the noise model of all, but explains less of the gap than others, was not tested by itself.
-    """
+    """The best refused candidate with any evidence, and the reason; BEHIND was not tested with its own noise model."""
     if not diagnosis.ranking or diagnosis.ranking[0].nats <= diagnosis.problem.policy.apart:
         return ""
     best = diagnosis.ranking[0]
@@ -98,10 +95,7 @@ def driver_of(curve: NamedEffect) -> str:
 
 
 def _when_active(diagnosis: Diagnosis, cause: NamedEffect) -> str:
-    """The time at which a named effect acts; of two effects of one name, also the one acting throughout.
-
-    A period is stated where shorter than the run.
-    """
+    """The time at which a named effect acts, a period within the run, or of two effects of a name the lasting one."""
     stretch, period = diagnosis.stretch(cause), cause.effect.with_role("period")
     if stretch is not None:
         return f" {stretch.words}"

@@ -37,10 +37,7 @@ MOST_TIMES = 6
 
 
 def advised(diagnosis: Diagnosis) -> Diagnosis:
-    """Add the leg to fly next to the advice of a diagnosis, and the look-alikes separated by no leg.
-
-    Vector mode only, and only where the recording turns: a fixed station cannot fly.
-    """
+    """Add the leg to fly next, and look-alikes separated by no leg, to the advice; a fixed station cannot fly."""
     if not diagnosis.problem.turns:
         return diagnosis
     tables = leg_tables(diagnosis)
@@ -244,10 +241,7 @@ class HypothesisPair:
 
 
 def pairs_of(recording: LegProblem, cause: NamedEffect) -> Iterator[HypothesisPair]:
-    """Pair a named effect with each of its rivals, at the settings that come nearest the effect.
-
-    A rival without a setting, as a body without a place beside the path, is left out.
-    """
+    """Pair a named effect with each rival that has a setting, as a body a place beside the path, fitted to it."""
     effect, window = cause.effect, cause.effect.active_s
     for name, may_be in _rivals(recording, cause).items():
         if rivals := recording.settings(name, effect, window):

@@ -108,10 +108,7 @@ def _is_additive(effect: Effect, state: State) -> bool:
 
 
 def _as_one(chain: Sequence[Effect], problem: LinearProblem) -> list[Effect]:
-    """Join two effects of one name in a chain, if one effect with other parameters leaves no more of the gap.
-
-    The model's lag and the lag named beside it are a single lag. Vector mode only.
-    """
+    """Join two effects of one name, as the model's lag and a lag named beside it, if one leaves no more of the gap."""
     joined = list(chain)
     for own, change in _pairs(joined, problem):
         others = [effect for effect in joined if effect is not own and effect is not change]

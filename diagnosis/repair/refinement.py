@@ -133,10 +133,7 @@ def determined(gram: Array, policy: Policy) -> tuple[Array, Array]:
 
 
 def fit_iron_with_effects(problem: LinearProblem, effects: Sequence[Effect]) -> LinearProblem:
-    """Fit iron with the effects' contributions subtracted, on samples outside their windows if sufficient.
-
-    Unchanged where the model's iron is known.
-    """
+    """Fit unknown iron with the effects' contributions subtracted, on samples outside their windows if sufficient."""
     acting = [effect.is_active(problem.state.time_s) for effect in effects if effect.active_s is not None]
     use = ~np.logical_or.reduce([problem.usable == 0, *acting])
     vector = problem.mode == "vector"

@@ -13,7 +13,7 @@ from diagnosis.library.drivers import CHANNEL_LAGS, find_drivers
 from diagnosis.policy import Policy
 from diagnosis.problem.formulation import pose, pose_model
 from diagnosis.problem.known import Known
-from diagnosis.repair.channel_curves import CurveRound, better_channels, channel_of, follow_channels, select_curves
+from diagnosis.repair.named_effects import CurveRound, better_channels, channel_of, follow_channels, select_curves
 from diagnosis.repair.refinement import chain_residual
 from diagnosis.result import EvidenceKind
 from diagnosis.several.transfer import confirmed
