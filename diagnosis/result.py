@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.evidence.active_parts import ActivePart
-from diagnosis.evidence.candidate_result import CandidateResult
+from diagnosis.evidence.held_out import CandidateResult
 from diagnosis.evidence.localise import ChannelShare, localise
 from diagnosis.evidence.residual_tests import ResidualTests, RisingSpectrum
 from diagnosis.problem.linear import LinearProblem

@@ -14,8 +14,8 @@ from diagnosis.decision.second_passes import select_in_every_way
 from diagnosis.decision.sentence import sentence_for
 from diagnosis.decision.verdict_rules import judge
 from diagnosis.evidence.active_parts import split_by_power
-from diagnosis.evidence.candidate_result import withdraw_names
 from diagnosis.evidence.direct import DirectFinding, direct_evidence, find_start_samples, held_rows
+from diagnosis.evidence.held_out import withdraw_names
 from diagnosis.evidence.reference_checks import correct_reference
 from diagnosis.policy import STANDARD, Policy
 from diagnosis.problem.formulation import pose_model

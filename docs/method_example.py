@@ -74,7 +74,7 @@ def draw_surrogates() -> Figure:
     for y, one in enumerate(rows):
         columns = baseline.rows.bin(one.evidence.candidate.columns(problem))
         fit: CandidateFit = baseline.fit_candidate(one.evidence, columns)
-        shifted = baseline.surrogate_gains(fit, problem)
+        shifted = baseline.surrogate_gains(fit)
         axis.scatter(shifted, np.full(len(shifted), y), s=14, color=RAW, label="shifted in time" if y == 0 else None)
         axis.scatter([fit.gain], [y], s=34, marker="D", color=AFTER, label="as recorded" if y == 0 else None)
     axis.set_yticks(range(len(rows)), [one.name for one in rows])

@@ -9,8 +9,7 @@ from typing import Protocol, TypeVar
 
 from diagnosis.evidence.along_field import within_stated_errors
 from diagnosis.evidence.baseline import Baseline
-from diagnosis.evidence.candidate_result import CandidateResult
-from diagnosis.evidence.held_out import Evidence
+from diagnosis.evidence.held_out import CandidateResult, Evidence
 from diagnosis.evidence.residual_tests import ResidualTests, run_residual_tests
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import Policy

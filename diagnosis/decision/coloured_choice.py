@@ -10,9 +10,8 @@ from functools import cached_property
 from diagnosis.decision.choice import AcceptedEffect, Selection, accept_simplest, is_as_good
 from diagnosis.evidence.along_field import explains_along_field, gain_along_field, share_along_field
 from diagnosis.evidence.baseline import Baseline, added_share
-from diagnosis.evidence.candidate_result import TOO_LITTLE, CandidateResult
 from diagnosis.evidence.candidate_test import CandidateFit, ColouredBaseline, screen
-from diagnosis.evidence.held_out import Evidence
+from diagnosis.evidence.held_out import CandidateResult, Evidence
 from diagnosis.evidence.rivals import (
     ATTITUDE_WANDER,
     SIZE_DIFFERS,
@@ -29,7 +28,6 @@ from sim.effects import EFFECTS
 NO_GAIN_ALONG_FIELD = "no gain along the field: explained by an attitude error"
 LOSS_ALONG_FIELD = "adds a part along the field that is not measured: explained by an attitude error"
 NOT_SHOWN_BY_MOTION = "hardly observable on this motion: explained by attitude errors"
-NO_BETTER_THAN_SURROGATES = "no better than its own course shifted in time"
 SMALL_SHARE_ADDED = "explains too little of the gap"
 TURNS = {
     name for effect in EFFECTS if effect.traits.attitude_error for name in (effect.name, effect.traits.equivalent_to)
@@ -69,24 +67,10 @@ def _stronger_in_window(
     windowed: Sequence[Evidence], tried: Sequence[CandidateFit], test: CandidateTest
 ) -> list[CandidateFit]:
     """Candidates in a window that gain far more than any candidate over the whole run, the strongest first."""
-    problem, policy, always = test.problem, test.problem.policy, max((fit.gain for fit in tried), default=0.0)
-    columns = (test.beside.rows.bin(evidence.candidate.columns(problem)) for evidence in windowed)
-    fits = map(test.beside.fit_candidate, windowed, columns)
+    policy, always = test.problem.policy, max((fit.gain for fit in tried), default=0.0)
+    fits = [test.beside.fit_candidate(one, test.beside.columns_of(one.candidate)) for one in windowed]
     stronger = [fit for fit in fits if fit.gain > max(always / policy.window_share, always + policy.coloured_nats)]
     return sorted(stronger, key=lambda fit: -fit.gain)
-
-
-def beyond_chance(
-    fit: CandidateFit, beside: ColouredBaseline, problem: LinearProblem, needed: float
-) -> tuple[float, str]:
-    """Inflation of a candidate's nats by chance, and the reason why the nats are not beyond chance; empty if they are.
-
-    Chance is what the candidate's columns, shifted in time, gain.
-    """
-    surrogates = beside.surrogate_gains(fit, problem)
-    inflation = max(1.0, 2 * float(surrogates.mean()) / fit.columns.shape[2])
-    by_chance = "" if fit.gain > surrogates.max() else NO_BETTER_THAN_SURROGATES
-    return inflation, by_chance if fit.gain / inflation > needed else TOO_LITTLE
 
 
 @dataclass(frozen=True)
@@ -137,7 +121,7 @@ class CandidateTest:
     @cached_property
     def wander(self) -> ColouredBaseline | None:
         """The coloured baseline with a wandering attitude added."""
-        return with_attitude_wander(self.beside, self.problem)
+        return with_attitude_wander(self.beside)
 
     def of(self, fit: CandidateFit) -> CandidateTrial:
         """Test one candidate: the first reason of any explanation without a name refuses it."""
@@ -145,7 +129,7 @@ class CandidateTest:
         after = self.baseline.with_columns(candidate.columns(problem))
         coloured = not self.selection.is_clean(after, candidate.name)
         needed = policy.coloured_nats if coloured else policy.accepted(len(EFFECTS))
-        inflation, by_chance = beyond_chance(fit, self.beside, problem, needed)
+        inflation, by_chance = self.beside.beyond_chance(fit, needed)
         reasons = itertools.chain(
             self._refusal_in_colour(fit.evidence, after) if coloured else (),
             self._refusal_along_the_field(fit, after, coloured),
@@ -208,10 +192,7 @@ class CandidateTest:
 
 
 def _run_trials(test: CandidateTest, tried: Sequence[CandidateFit]) -> list[CandidateTrial]:
-    """Test candidates in order up to the first accepted.
-
-    The strongest candidate, and the strongest refused for a wandering attitude, are also tried with a second effect.
-    """
+    """Test candidates in order up to the first accepted; the strongest, and of a wander, also with a second effect."""
     trials: list[CandidateTrial] = []
     for fit in tried:
         trial = test.of(fit)

@@ -172,18 +172,14 @@ def _beats_coloured_noise(change: AcceptedEffect, changes: Sequence[AcceptedEffe
     """Whether a change of the iron next to the other changes beats coloured noise."""
     columns = [another.columns(bare.problem) for another in changes if another is not change]
     beside = ColouredBaseline.of(bare.problem, (*bare.accepted_columns, *columns))
-    fit = beside.fit_candidate(change.evidence, beside.rows.bin(change.columns(bare.problem)))
+    fit = beside.fit_candidate(change.evidence, beside.columns_of(change.evidence.candidate))
     return fit.gain > bare.problem.policy.coloured_nats
 
 
 def _is_conventional(rival: Evidence, problem: LinearProblem) -> bool:
-    """Whether nearly all of an effect's contribution lies in its reference: the effect is then iron.
-
-    Examples are a drift that settles at once, and a hysteresis loop wider than the field. A recorded channel that
-    hardly changes may still be the reason why the iron differs.
-    """
+    """Whether nearly all of an effect's contribution lies in its reference, as of a drift that settles at once."""
     if not MOTION.issuperset(rival.candidate.effect.needs):
-        return False
+        return False  # a channel that hardly changes may be the reason why the iron differs
     added = (rival.candidate.columns(problem) @ rival.coefficients).ravel()
     A = _reference_columns(rival, problem).reshape(len(added), -1)
     residual = added - A @ np.linalg.lstsq(A, added, rcond=None)[0]
@@ -201,21 +197,18 @@ def survival(problem: LinearProblem, candidate: Candidate) -> float:
     columns = candidate.columns(problem)
     length = max(1, round(problem.policy.survival_mean_s / problem.state.interval_s))
     cut = Cut(length, len(columns) // length)
-    E, B = cut.means(columns), cut.means(problem.base)
-    Q = np.linalg.qr(B / np.linalg.norm(B, axis=0))[0]
-    remaining = E - np.einsum("np,pqk->nqk", Q, np.einsum("np,nqk->pqk", Q, E))
-    size = float(np.linalg.norm(E))
-    return float(np.linalg.norm(remaining)) / size if size > 0 else 0.0
+    E, B = cut.means(columns.reshape(len(columns), -1)), cut.means(problem.base)
+    B = B / np.linalg.norm(B, axis=0)
+    left, size = np.linalg.norm(E - B @ np.linalg.lstsq(B, E, rcond=None)[0]), np.linalg.norm(E)
+    return float(left / size) if size > 0 else 0.0
 
 
 def _baseline_without_iron(selection: Selection) -> Baseline:
-    """The baseline of measured minus the given model, with no fitted base, with all accepted effects.
-
-    For an effect with an origin a constant of the earth's frame is added: the origin was found with fitted iron.
-    """
+    """The baseline of measured minus the given model, with no fitted base, with all accepted effects."""
     problem = selection.end.problem
     target: Array = (problem.recording.mag_nT - problem.predicted_nT) / problem.sigma_nT * problem.usable[:, None]
     bare = replace(problem, base=np.zeros((len(target), 1)), target=target)
+    # an origin was found with fitted iron
     constant = [
         problem.whitened(problem.state.R_wb.transpose(0, 2, 1), effect.evidence.candidate.effect)
         for effect in selection.accepted

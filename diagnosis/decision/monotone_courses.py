@@ -24,8 +24,9 @@ from validation.signals.amplitude import column_rms
 def with_rival_channels(problem: LinearProblem, cause: NamedEffect) -> NamedEffect:
     """Add the channels that may drive an effect equally well, where its course is monotone or has a window.
 
-    Channels needed by the effect or its look-alikes are no rivals. An effect without a channel is a course of time. For
-    the current of a single motor, motors running alike are rivals too.
+    Channels needed by the effect or its look-alikes are no rivals. An effect without a channel is a course of time; one
+    with a window competes with the channels active in the window alone. For the current of a single motor, motors
+    running alike are rivals too.
     """
     if cause.kind is not EvidenceKind.HELD_OUT:
         return cause
@@ -33,7 +34,9 @@ def with_rival_channels(problem: LinearProblem, cause: NamedEffect) -> NamedEffe
     known = {need for each in needs for need in each or (TIME,)}
     currents = {current_name(motor) for motor in problem.state.motors}
     known |= {channel for channel in as_currents(problem.recording) if known & currents}
-    rivals = tuple(name for name in similar_channels(problem, cause) if name not in known)
+    window = cause.effect.active_s
+    similar = courses_on_within(problem, window) if window else similar_channels(problem, cause)
+    rivals = tuple(name for name in similar if name not in known)
     return replace(cause, rivals=(*rivals, *similar_motors(problem, cause)))
 
 
@@ -60,28 +63,22 @@ def similar_channels(problem: LinearProblem, cause: NamedEffect) -> tuple[str, .
 
     Two courses agree where their rank correlation exceeds `nearly_all`: either is then a curve of the other. Channels
     that jump with a jump are rivals; in time the moment alone is known. Contributions that scale with the signal follow
-    the turns of the sensor: their course is taken for a constant signal. An effect with a window competes with the
-    channels active in the window alone.
+    the turns of the sensor: their course is taken for a constant signal.
     """
-    if cause.effect.active_s is not None:
-        return courses_on_within(problem, cause.effect.active_s)
-    standing_nT = np.broadcast_to(column_rms(problem.clean_nT), problem.clean_nT.shape)
-    several = (_similar_for_signal(problem, cause, signal_nT) for signal_nT in (problem.clean_nT, standing_nT))
-    return next((names for names in several if names), ())
-
-
-def _similar_for_signal(problem: LinearProblem, cause: NamedEffect, signal_nT: Array) -> tuple[str, ...]:
-    """The channels similar to the first principal component of an effect's contribution for a signal (n, 3)."""
     cut = Cut.of(len(problem.recording), problem.state.interval_s, problem.policy)
+    jumps = cause.effect.search_role() == "moment"
     effects = [effect for effect in cause.effects if effect.name == cause.name]  # a second jump is a part of its course
-    parts = [effect.contribution(problem.state, signal_nT, np.random.default_rng(0), {}) for effect in effects]
-    added_nT, jumps = cut.means(np.sum(parts, axis=0)), cause.effect.search_role() == "moment"
-    components, size, _ = np.linalg.svd(added_nT - added_nT.mean(axis=0), full_matrices=False)
     alike = correlation if jumps else _rank_correlation  # the ranks of levels are a matter of their noise
     courses = [(TIME, problem.state.time_s), *((driver.name, driver.x) for driver in find_drivers(problem))]
-    likeness = {name: alike(components[:, 0] * size[0], cut.means(x)) for name, x in courses}
-    names = tuple(name for name, share in likeness.items() if share > problem.policy.nearly_all)
-    return names if jumps or TIME in names else ()
+    for signal_nT in (problem.clean_nT, np.broadcast_to(column_rms(problem.clean_nT), problem.clean_nT.shape)):
+        parts = [effect.contribution(problem.state, signal_nT, np.random.default_rng(0), {}) for effect in effects]
+        added_nT = cut.means(np.sum(parts, axis=0))
+        components, size, _ = np.linalg.svd(added_nT - added_nT.mean(axis=0), full_matrices=False)
+        course = components[:, 0] * size[0]
+        names = tuple(name for name, x in courses if alike(course, cut.means(x)) > problem.policy.nearly_all)
+        if names and (jumps or TIME in names):
+            return names
+    return ()
 
 
 def monotone_channels(problem: LinearProblem) -> frozenset[str]:

@@ -14,7 +14,7 @@ from scipy.optimize import minimize_scalar
 from diagnosis.decision.choice import AcceptedEffect, Selection
 from diagnosis.decision.selection import Progress, choose_windows_again, select
 from diagnosis.evidence.baseline import Baseline
-from diagnosis.evidence.candidate_result import withdraw_names
+from diagnosis.evidence.held_out import withdraw_names
 from diagnosis.evidence.reference_checks import gap_beside_iron_nT, pose_without_dip
 from diagnosis.problem.blocks import fit
 from diagnosis.problem.formulation import pose_again, refit_iron

@@ -18,9 +18,8 @@ from diagnosis.decision.coloured_choice import CandidateTest, choose_coloured
 from diagnosis.decision.forms import complete_forms, first_form_evidence, split_by_motor
 from diagnosis.evidence.along_field import within_stated_errors
 from diagnosis.evidence.baseline import Baseline
-from diagnosis.evidence.candidate_result import CandidateResult, with_outcomes
 from diagnosis.evidence.field_pulsations import find_pulsations
-from diagnosis.evidence.held_out import judge_candidate, rank_candidates
+from diagnosis.evidence.held_out import CandidateResult, judge_candidate, rank_candidates, with_outcomes
 from diagnosis.evidence.windowed_candidates import rank_windowed
 from diagnosis.library.candidates import Candidate, propose_candidates
 from diagnosis.problem.linear import LinearProblem
@@ -78,10 +77,9 @@ def choose_windows_again(selection: Selection) -> Selection:
 def _choose(
     selection: Selection, candidates: dict[str, list[Candidate]], *, alone: bool = False
 ) -> tuple[AcceptedEffect | None, tuple[CandidateResult, ...]]:
-    """Choose the next effect, if any: by white noise where the residual is clean, else with a coloured noise model.
+    """Choose the next effect, if any, in white noise or in coloured; with every candidate's result, strongest first.
 
-    alone : do not look for a second effect that would justify a refused candidate. Returned with every candidate's
-    result, the strongest first.
+    alone : do not look for a second effect that would justify a refused candidate.
     """
     baseline, policy = selection.end, selection.end.problem.policy
     ranking = rank_candidates(baseline, candidates)
@@ -126,10 +124,7 @@ def _grows_with_time(chosen: AcceptedEffect, selection: Selection) -> bool:
 
 
 def _is_form_of_accepted(chosen: AcceptedEffect, selection: Selection) -> bool:
-    """Whether a candidate is a form error of accepted effects: far smaller, of one family, or at another setting.
-
-    A candidate whose size shrinks once the first effect is accepted had resembled the first effect.
-    """
+    """Whether a candidate is a form error of accepted effects: far smaller, of one family, or at another setting."""
     accepted, candidate = selection.accepted, chosen.evidence.candidate
     same = [effect.evidence.candidate for effect in accepted if effect.name == chosen.name]
     alone = max((one.evidence.strength for one in selection.results if one.name == chosen.name), default=0.0)

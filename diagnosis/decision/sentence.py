@@ -9,7 +9,7 @@ import numpy as np
 
 from diagnosis.decision.remarks import remarks
 from diagnosis.evidence.active_parts import largest_part
-from diagnosis.evidence.candidate_result import BEHIND, TOO_LITTLE
+from diagnosis.evidence.held_out import BEHIND, TOO_LITTLE
 from diagnosis.problem.sensors import as_currents
 from diagnosis.result import Diagnosis, EvidenceKind, NamedEffect, Transfer, in_use
 from diagnosis.verdict import Verdict

@@ -9,7 +9,7 @@ import numpy as np
 
 from diagnosis.evidence.baseline import Baseline, added_share
 from diagnosis.evidence.binned_rows import BinnedRows
-from diagnosis.evidence.held_out import Evidence, on_six_digits, search_price
+from diagnosis.evidence.held_out import TOO_LITTLE, Evidence, on_six_digits, search_price
 from diagnosis.evidence.hypothesis import Hypothesis, in_sample_gains, information_matrices, white_noise_model
 from diagnosis.evidence.noise_model import NoiseModel
 from diagnosis.evidence.projections import explained_nats, held_out_squares, project_out
@@ -17,6 +17,8 @@ from diagnosis.library.candidates import Candidate
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
 from scenarios.arrays import Array
+
+NO_BETTER_THAN_SURROGATES = "no better than its own course shifted in time"
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,8 +38,9 @@ class CandidateFit:
 
 @dataclass(frozen=True, eq=False)
 class ColouredBaseline:
-    """Rows of a baseline, accepted columns (n, q, k), and the null hypothesis of the accepted effects alone."""
+    """A problem in rows, accepted columns (n, q, k), and the null hypothesis of the accepted effects alone."""
 
+    problem: LinearProblem
     rows: BinnedRows
     accepted_columns: Array
     hypothesis: Hypothesis
@@ -48,10 +51,10 @@ class ColouredBaseline:
         state, sigma = problem.state, problem.sigma_nT
         output_axes = None if problem.output_axes is None else problem.output_axes * (sigma[0] / sigma)[:, None]
         rows = BinnedRows.of(state.time_s, problem.usable, problem.base, problem.target, problem.policy, output_axes)
-        return cls.in_rows(rows, rows.bin_groups(accepted_columns))
+        return cls.in_rows(problem, rows, rows.bin_groups(accepted_columns))
 
     @classmethod
-    def in_rows(cls, rows: BinnedRows, accepted_columns: Array) -> ColouredBaseline:
+    def in_rows(cls, problem: LinearProblem, rows: BinnedRows, accepted_columns: Array) -> ColouredBaseline:
         """The coloured baseline of given rows with accepted columns (n, q, k).
 
         The noise model is fitted twice, the second time from the first: ordinary least squares absorb a part of a
@@ -60,7 +63,12 @@ class ColouredBaseline:
         """
         first = Hypothesis.of(rows, accepted_columns, (white_noise_model(rows.target.shape[1]),))
         again = Hypothesis.of(rows, accepted_columns, (first.noise_model,))
-        return cls(rows, accepted_columns, max(first, again, key=lambda hypothesis: hypothesis.log_likelihood))
+        likelier = max(first, again, key=lambda hypothesis: hypothesis.log_likelihood)
+        return cls(problem, rows, accepted_columns, likelier)
+
+    def columns_of(self, candidate: Candidate) -> Array:
+        """Columns (n, q, k) of a candidate in the rows."""
+        return self.rows.bin(candidate.columns(self.problem))
 
     def columns_with(self, columns: Array) -> Array:
         """Columns (n, q, k) of the accepted effects and further columns, side by side."""
@@ -95,9 +103,19 @@ class ColouredBaseline:
         price = search_price(evidence.candidate.tried, evidence.width, rows.policy)
         return CandidateFit(evidence, columns, rows, hypothesis, gain + within - price, within)
 
-    def surrogate_gains(self, candidate: CandidateFit, problem: LinearProblem) -> Array:
+    def beyond_chance(self, fit: CandidateFit, needed: float) -> tuple[float, str]:
+        """Inflation of a candidate's nats by chance, and why the nats are not beyond chance; empty if they are.
+
+        Chance is what the candidate's columns, shifted in time, gain.
+        """
+        surrogates = self.surrogate_gains(fit)
+        inflation = max(1.0, 2 * float(surrogates.mean()) / fit.columns.shape[2])
+        by_chance = "" if fit.gain > surrogates.max() else NO_BETTER_THAN_SURROGATES
+        return inflation, by_chance if fit.gain / inflation > needed else TOO_LITTLE
+
+    def surrogate_gains(self, candidate: CandidateFit) -> Array:
         """Nats (m,) that time-shifted columns of a candidate gain in sample from the candidate's residual."""
-        moved = surrogate_columns(candidate.evidence.candidate, problem, self.rows)
+        moved = surrogate_columns(candidate.evidence.candidate, self.problem, self.rows)
         products = self.surrogate_products(candidate.columns, candidate.hypothesis, moved)
         return np.array([explained_nats(N) for N in products])
 

@@ -1,10 +1,10 @@
-"""Evidence of candidates on held-out segments: log-likelihood gain over the inflation by the residual's colour."""
+"""Evidence of candidates on held-out segments, over the inflation by the residual's colour; results of a round."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import chi2
@@ -16,6 +16,10 @@ from diagnosis.library.parameter_search import refine_between_neighbours, search
 from diagnosis.policy import Policy
 from diagnosis.problem.blocks import BlockFit, Sums, fit, inflation, squares
 from scenarios.arrays import Array
+
+NAMED, BEHIND, TOO_LITTLE = "named", "explains less", "below what is needed"
+INDISTINGUISHABLE, HARDLY_MORE = "cannot be distinguished from", "explains little more than"
+WITHDRAWN, SMALL_SHARE = "withdrawn: ", "the named effects together explain too little of the gap"
 
 
 @dataclass(frozen=True)
@@ -95,10 +99,9 @@ def refine_listed(baseline: Baseline, found: Evidence) -> Evidence:
 
 
 def _at_own_size(baseline: Baseline, found: Evidence) -> Evidence | None:
-    """Evidence of an effect without coefficients near its own size; None where the fit needs a different size.
+    """Evidence of an effect without coefficients near its own size, or with its listed value scaled; None otherwise.
 
-    Below a sample interval, twice the delay is nearly twice the effect: the listed value is then scaled by the fitted
-    coefficient.
+    Below a sample interval, twice the delay is nearly twice the effect.
     """
     candidate, limit = found.candidate, baseline.problem.policy.far_larger
     if candidate.effect.linear or candidate.effect.tangents or not candidate.nonlinear:
@@ -164,3 +167,49 @@ def _strength(s: Sums, c: Array) -> tuple[float, float, float]:
     taken = float(np.einsum("pq,pr,rq->", BE, symmetric_inverse(BB, 1e-13), BE))
     remaining = max(raw - taken, 0.0)
     return math.sqrt(remaining / samples), math.sqrt(remaining / raw) if raw > 0 else 0.0, raw / 2
+
+
+@dataclass(frozen=True)
+class CandidateResult:
+    """A candidate with its evidence and the nats needed, under the noise model of the round; the outcome in words."""
+
+    evidence: Evidence
+    nats: float
+    needed: float
+    outcome: str
+
+    @property
+    def name(self) -> str:
+        """Name of the effect."""
+        return self.evidence.name
+
+
+def with_outcomes(
+    results: Sequence[CandidateResult], named: str | None, alternatives: Sequence[str]
+) -> tuple[CandidateResult, ...]:
+    """Candidates, strongest first, each with the outcome that follows from the choice of `named`."""
+
+    def outcome(result: CandidateResult) -> str:
+        rules = (
+            (NAMED, result.name == named),
+            (f"{INDISTINGUISHABLE} {named}", result.name in alternatives),
+            (result.outcome, bool(result.outcome)),
+            (TOO_LITTLE, result.nats <= result.needed),
+            (f"{HARDLY_MORE} {named}", named in result.evidence.candidate.effect.traits.contains),
+            (BEHIND, True),
+        )
+        return next(words for words, holds in rules if holds)
+
+    told = (replace(result, outcome=outcome(result)) for result in results)
+    return tuple(sorted(told, key=lambda result: -on_six_digits(result.nats)))
+
+
+def withdraw_names(results: Sequence[CandidateResult], doubts: Sequence[str]) -> tuple[CandidateResult, ...]:
+    """Candidates with the outcome of every name withdrawn, for doubts or because the names explain too little."""
+    why = WITHDRAWN + ("; ".join(doubts) or SMALL_SHARE)
+    named = {result.name for result in results if result.outcome == NAMED}
+    alike = {f"{INDISTINGUISHABLE} {name}" for name in named}
+    return tuple(
+        replace(result, outcome=why) if result.name in named or result.outcome in alike else result
+        for result in results
+    )

@@ -53,7 +53,7 @@ def winning_rivals(fit: CandidateFit, baseline: Baseline, beside: ColouredBaseli
     smooth courses tried.
     """
     tables = (*RIVALS, *(SLOW_RIVALS if coloured else ()))
-    tried = [rival for rivals in tables for rival in rivals(baseline, fit.evidence.candidate)]
+    tried = [rival for rivals in tables for rival in rivals(beside.problem, fit.evidence.candidate)]
     groups = [*(beside.rows.bin(rival.columns) for rival in tried), fit.columns]
     *gains, own = in_sample_gains(beside.rows, beside.accepted_columns, groups, fit.hypothesis.noise_model)
     # in sample, a first look at a tenth of the price
@@ -86,12 +86,12 @@ def _of_one_course(course: CandidateFit) -> float:
     return float(power[0] / power.sum())
 
 
-def lobe_of_the_heading(baseline: Baseline, candidate: Candidate) -> Iterator[Rival]:
+def lobe_of_the_heading(problem: LinearProblem, candidate: Candidate) -> Iterator[Rival]:
     """A tone of frequency f along ``k psi(t)`` in place of ``2 pi f t``, k the integer nearest to f over the turn rate.
 
     In an even turn iron of the vehicle makes such tones.
     """
-    problem, angle = baseline.problem, _angle_of_tone(baseline.problem, candidate)
+    angle = _angle_of_tone(problem, candidate)
     if angle is None:
         return
     R = problem.state.R_wb
@@ -106,9 +106,9 @@ def lobe_of_the_heading(baseline: Baseline, candidate: Candidate) -> Iterator[Ri
         yield Rival("explained equally well by a function of the heading", turned, equal=True)
 
 
-def wave_of_the_field(baseline: Baseline, candidate: Candidate) -> Iterator[Rival]:
+def wave_of_the_field(problem: LinearProblem, candidate: Candidate) -> Iterator[Rival]:
     """A tone along the Earth's axes, as of swell or pulsations, in place of a tone of a current."""
-    problem, angle = baseline.problem, _angle_of_tone(baseline.problem, candidate)
+    angle = _angle_of_tone(problem, candidate)
     if angle is not None:
         swing = in_axes(problem.earth_axes(), np.column_stack([np.sin(angle), np.cos(angle)]))
         yield Rival("explained better by a wave of the field in the earth's frame", swing)
@@ -122,18 +122,15 @@ def _angle_of_tone(problem: LinearProblem, candidate: Candidate) -> Array | None
     return np.asarray(2 * np.pi * float(dict(candidate.nonlinear)[name]) * problem.state.time_s)
 
 
-def size_that_follows(baseline: Baseline, candidate: Candidate) -> Iterator[Rival]:
+def size_that_follows(problem: LinearProblem, candidate: Candidate) -> Iterator[Rival]:
     """A candidate with a window whose size follows time, or a channel at once or with a lag, in the whole run instead.
 
     A channel that is on in the window alone is the window by another name, and must lead.
     """
     if candidate.window is None:
         return
-    problem = baseline.problem
-    plain, alike = (
-        candidate.at({ACTIVE_WINDOW.name: None}).columns(problem),
-        courses_on_within(problem, candidate.window),
-    )
+    alike = courses_on_within(problem, candidate.window)
+    plain = candidate.at({ACTIVE_WINDOW.name: None}).columns(problem)
     for name, terms in _courses(problem):
         grown = np.concatenate([plain, *(plain * term[:, None, None] for term in terms.T)], axis=2)
         yield Rival(SIZE_FOLLOWS.format(name), grown, equal=name not in alike)
@@ -148,35 +145,34 @@ def _courses(problem: LinearProblem) -> Iterator[tuple[str, Array]]:
         yield from ((driver.name, terms[:, :1]) for terms in lagged_terms(problem, driver))
 
 
-def size_of_each_part(baseline: Baseline, candidate: Candidate) -> Iterator[Rival]:
+def size_of_each_part(problem: LinearProblem, candidate: Candidate) -> Iterator[Rival]:
     """The candidate with a size of its own in each quarter of the run: the coefficients of a true effect are equal."""
-    columns, n = candidate.columns(baseline.problem), len(baseline.problem.recording)
-    parts = np.arange(n) * baseline.problem.policy.scatter_parts // n
+    columns, n = candidate.columns(problem), len(problem.recording)
+    parts = np.arange(n) * problem.policy.scatter_parts // n
     each = [columns * (parts == part)[:, None, None] for part in range(parts[-1] + 1)]
     acting = [part for part in each if part.any()]
     if len(acting) > 1:
         yield Rival(SIZE_DIFFERS, np.concatenate(acting, axis=2))
 
 
-def course_of_time(baseline: Baseline, candidate: Candidate) -> Iterator[Rival]:
+def course_of_time(problem: LinearProblem, candidate: Candidate) -> Iterator[Rival]:
     """A cubic of time on each axis: noise steeper than a noise model's processes, followed by any monotone effect."""
-    problem = baseline.problem
     if problem.mode == "vector":
         unit, x = problem.sensor_axes(np.ones(len(problem.recording))), _clock(problem)
         yield Rival("explained better by a smooth course of time", in_axes(unit, powers(x, HIGHEST)), own_ways=True)
 
 
-def course_of_the_field(baseline: Baseline, candidate: Candidate) -> Iterator[Rival]:
+def course_of_the_field(problem: LinearProblem, candidate: Candidate) -> Iterator[Rival]:
     """A cubic of time along the Earth's axes, which no noise of the sensor's axes describes."""
-    problem, traits = baseline.problem, candidate.effect.traits
+    traits = candidate.effect.traits
     if problem.along_attitude and not (traits.field_source or traits.attitude_error):
         terms = np.column_stack([np.ones(len(problem.recording)), powers(_clock(problem), HIGHEST)])
         yield Rival("explained better by a smooth course of the field", in_axes(problem.earth_axes(), terms))
 
 
-def course_of_the_place(baseline: Baseline, candidate: Candidate) -> Iterator[Rival]:
+def course_of_the_place(problem: LinearProblem, candidate: Candidate) -> Iterator[Rival]:
     """A field linear in position, which a vehicle that moves on sees as one that changes in time."""
-    problem, effect = baseline.problem, candidate.effect
+    effect = candidate.effect
     in_time = effect.traits.field_source and "position" not in effect.needs
     if problem.mode == "vector" and "position" in problem.inputs and in_time:
         way = problem.state.pos_enu_m - problem.state.pos_enu_m.mean(axis=0)
@@ -190,7 +186,7 @@ def _clock(problem: LinearProblem) -> Array:
     return np.asarray(2 * (time_s - time_s[0]) / (time_s[-1] - time_s[0]) - 1, dtype=np.float64)
 
 
-Rivals = Callable[[Baseline, Candidate], Iterator[Rival]]
+Rivals = Callable[[LinearProblem, Candidate], Iterator[Rival]]
 RIVALS: tuple[Rivals, ...] = (lobe_of_the_heading, wave_of_the_field, size_that_follows, size_of_each_part)
 SLOW_RIVALS: tuple[Rivals, ...] = (course_of_time, course_of_the_field, course_of_the_place)
 """Rivals where a candidate leaves a coloured residual."""
@@ -198,7 +194,7 @@ SLOW_RIVALS: tuple[Rivals, ...] = (course_of_time, course_of_the_field, course_o
 
 def attitude_suffices(fit: CandidateFit, baseline: Baseline, beside: ColouredBaseline) -> bool:
     """Whether an attitude error that is constant or grows with powers of time explains as much as a candidate field."""
-    problem = baseline.problem
+    problem = beside.problem
     if problem.mode != "vector" or problem.relative:
         return False
     turns = attitude_turns(problem)
@@ -207,17 +203,17 @@ def attitude_suffices(fit: CandidateFit, baseline: Baseline, beside: ColouredBas
     return _fitted(growing, fit, baseline, beside).gain > fit.gain - beside.rows.policy.apart
 
 
-def with_attitude_wander(beside: ColouredBaseline, problem: LinearProblem) -> ColouredBaseline | None:
+def with_attitude_wander(beside: ColouredBaseline) -> ColouredBaseline | None:
     """The coloured baseline with a noise model of sensor axes and of three attitude angles.
 
     On the sensor's axes a slow attitude error is modulated by the motion, which no noise model of the axes alone
     describes. None where the motion does not turn the sensor.
     """
-    if not problem.turns:
+    if not beside.problem.turns:
         return None
-    turns = beside.rows.bin(attitude_turns(problem))
+    turns = beside.rows.bin(attitude_turns(beside.problem))
     together = replace(beside.rows.in_common(), output_axes=turns / np.sqrt((turns**2).mean()))
-    return ColouredBaseline.in_rows(together, beside.accepted_columns)
+    return ColouredBaseline.in_rows(beside.problem, together, beside.accepted_columns)
 
 
 def wander_wins(fit: CandidateFit, wander: ColouredBaseline | None, needed: float) -> bool:

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from diagnosis.decision.choice import AcceptedEffect, residual_tests
-from diagnosis.decision.coloured_choice import beyond_chance
 from diagnosis.decision.conclusion import Conclusion
 from diagnosis.decision.monotone_courses import with_rival_channels
 from diagnosis.decision.verdict_rules import unnamed_channels
@@ -197,10 +196,10 @@ class CurveRound:
 
     def next_curve(self, start: Baseline, known: Sequence[Driver]) -> AcceptedEffect | None:
         """The best accepted curve of the known drivers; curves after the first need to add less."""
-        problem, policy, fits = start.problem, start.problem.policy, self.fits(known)
+        policy, fits = start.problem.policy, self.fits(known)
         least_share = policy.fair_share if self.baseline is start else policy.trace
         for best in sorted(fits, key=lambda fit: -fit.gain):
-            inflation, refusal = beyond_chance(best, self.beside, problem, policy.coloured_nats)
+            inflation, refusal = self.beside.beyond_chance(best, policy.coloured_nats)
             chosen = None if refusal else judge_settings(self.baseline, [self._simplest(best, inflation)])
             if chosen is not None and added_share(start, self.baseline, chosen.squares) >= least_share:
                 others = [fit for fit in fits if fit is not best]
@@ -224,11 +223,8 @@ class CurveRound:
         tried, best = len(known) * len(LAGS) * HIGHEST, [driver for _, driver in ranked[: policy.tried_coloured]]
         curves = (driver.candidate(self.best_lag(driver, LAGS)[1], tried) for driver in best)
         judged = (judge_settings(self.baseline, [curve]) for curve in curves)
-        return [
-            self.beside.fit_candidate(evidence, self.beside.rows.bin(evidence.candidate.columns(problem)))
-            for evidence in judged
-            if evidence is not None
-        ]
+        found = [evidence for evidence in judged if evidence is not None]
+        return [self.beside.fit_candidate(one, self.beside.columns_of(one.candidate)) for one in found]
 
     def best_lag(self, driver: Driver, ways: Sequence[Lag]) -> tuple[float, Lag]:
         """The nats that the curve of a driver gains at its best lag, and the lag.

@@ -108,7 +108,7 @@ class CandidateInRecording:
             return self
         before, policy = self.baseline, self.problem.policy
         columns = before.rows.bin_groups(own)
-        baseline = ColouredBaseline.in_rows(before.rows, before.columns_with(columns))
+        baseline = ColouredBaseline.in_rows(self.problem, before.rows, before.columns_with(columns))
         held_out = baseline.hypothesis.held_out_log_likelihood - self.hypothesis.held_out_log_likelihood
         if held_out <= policy.apart * self.inflation:
             return self

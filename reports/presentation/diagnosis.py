@@ -8,8 +8,8 @@ from typing import Self
 
 import numpy as np
 
-from diagnosis.evidence.candidate_result import CandidateResult
 from diagnosis.evidence.direct import find_start_samples
+from diagnosis.evidence.held_out import CandidateResult
 from diagnosis.repair.new_model import lines_of_diff, written_model
 from diagnosis.result import Diagnosis, EvidenceKind, NamedEffect, Transfer, parameters
 from diagnosis.verdict import Verdict

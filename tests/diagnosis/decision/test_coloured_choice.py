@@ -17,9 +17,8 @@ from diagnosis.decision.coloured_choice import (
 )
 from diagnosis.decision.selection import select
 from diagnosis.evidence.baseline import Baseline
-from diagnosis.evidence.candidate_result import TOO_LITTLE
 from diagnosis.evidence.candidate_test import CandidateFit, ColouredBaseline, best_of_each_name, screen
-from diagnosis.evidence.held_out import rank_candidates
+from diagnosis.evidence.held_out import TOO_LITTLE, rank_candidates
 from diagnosis.library.candidates import propose_candidates
 from diagnosis.policy import STANDARD
 from diagnosis.problem.linear import LinearProblem

@@ -21,8 +21,7 @@ from diagnosis.decision.conclusion import (
 )
 from diagnosis.decision.selection import _is_form_of_accepted, _with_form_owner, select
 from diagnosis.evidence.baseline import Baseline
-from diagnosis.evidence.candidate_result import NAMED, CandidateResult
-from diagnosis.evidence.held_out import Evidence
+from diagnosis.evidence.held_out import NAMED, CandidateResult, Evidence
 from diagnosis.evidence.residual_tests import ResidualTests
 from diagnosis.evidence.slow_noise import SlowNoise
 from diagnosis.library.candidates import Candidate

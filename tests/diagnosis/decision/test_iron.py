@@ -12,8 +12,7 @@ from diagnosis.decision.choice import accept_best
 from diagnosis.decision.conclusion import _is_conventional, conclude, iron_changes
 from diagnosis.decision.selection import select
 from diagnosis.evidence.baseline import Baseline
-from diagnosis.evidence.candidate_result import HARDLY_MORE, CandidateResult, with_outcomes
-from diagnosis.evidence.held_out import Evidence, rank_candidates
+from diagnosis.evidence.held_out import HARDLY_MORE, CandidateResult, Evidence, rank_candidates, with_outcomes
 from diagnosis.library.candidates import Candidate, propose_candidates
 from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose_model

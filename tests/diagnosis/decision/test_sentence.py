@@ -12,7 +12,7 @@ import pytest
 
 from diagnosis.decision.advice import advice_for
 from diagnosis.decision.sentence import describe_effect, sentence_for
-from diagnosis.evidence.candidate_result import BEHIND, TOO_LITTLE
+from diagnosis.evidence.held_out import BEHIND, TOO_LITTLE
 from diagnosis.evidence.localise import ChannelShare
 from diagnosis.evidence.rivals import SIZE_DIFFERS
 from diagnosis.verdict import Verdict

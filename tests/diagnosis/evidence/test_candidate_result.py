@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from diagnosis.evidence.candidate_result import (
+from diagnosis.evidence.held_out import (
     BEHIND,
     HARDLY_MORE,
     INDISTINGUISHABLE,
@@ -14,10 +14,10 @@ from diagnosis.evidence.candidate_result import (
     TOO_LITTLE,
     WITHDRAWN,
     CandidateResult,
+    Evidence,
     with_outcomes,
     withdraw_names,
 )
-from diagnosis.evidence.held_out import Evidence
 from diagnosis.library.candidates import Candidate
 from sim.effects import EFFECTS
 from sim.effects.base import Effect

@@ -81,7 +81,7 @@ def test_an_effect_gains_beside_a_rest_of_its_own_less_its_price(
     priced = coloured_baseline.fit_candidate(_evidence(1000), columns).gain
     assert priced == pytest.approx(stands.gain - search_price(1000, 3, STANDARD))
     surrogate: Any = SimpleNamespace(evidence=SimpleNamespace(candidate=one), **_own(stands))
-    assert coloured_baseline.surrogate_gains(surrogate, posed).max() < 0.2 * stands.gain
+    assert coloured_baseline.surrogate_gains(surrogate).max() < 0.2 * stands.gain
 
 
 @pytest.mark.parametrize("seed", [2, 4, 5])
@@ -194,6 +194,7 @@ def test_a_rival_keeps_what_is_its_own(posed: LinearProblem, coloured_baseline: 
     t = np.linspace(0, 40, len(columns))[:, None, None]
     other = np.sin(t) * np.eye(3)
     both = ColouredBaseline.in_rows(
+        posed,
         replace(coloured_baseline.rows, target=coloured_baseline.rows.target + 2 * other.sum(axis=2)),
         coloured_baseline.accepted_columns,
     )

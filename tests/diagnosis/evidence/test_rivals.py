@@ -209,7 +209,7 @@ class TestWander:
     def _wins(self, posed: LinearProblem, name: str, within: float = 0.0) -> bool:
         fit, _, beside = _fitted(posed, propose_candidates(posed)[name])
         fit = replace(fit, within=within)
-        return wander_wins(fit, with_attitude_wander(beside, posed), STANDARD.coloured_nats)
+        return wander_wins(fit, with_attitude_wander(beside), STANDARD.coloured_nats)
 
     @pytest.mark.parametrize("seed", [4, 5, 6])
     def test_the_mean_of_an_attitude_that_wanders_is_no_constant_turn_of_it(self, seed: int) -> None:
@@ -229,4 +229,4 @@ class TestWander:
 
     def test_without_attitude_there_is_no_wander(self) -> None:
         posed = problem(without_attitude(recording(600)))
-        assert with_attitude_wander(ColouredBaseline.of(posed, ()), posed) is None
+        assert with_attitude_wander(ColouredBaseline.of(posed, ())) is None

@@ -13,9 +13,8 @@ import pytest
 
 from diagnosis.decision.choice import AcceptedEffect
 from diagnosis.evidence.baseline import Baseline
-from diagnosis.evidence.candidate_result import CandidateResult
 from diagnosis.evidence.candidate_test import ColouredBaseline
-from diagnosis.evidence.held_out import judge_settings
+from diagnosis.evidence.held_out import CandidateResult, judge_settings
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import STANDARD
 from diagnosis.problem.linear import LinearProblem
