@@ -20,7 +20,7 @@ from diagnosis.verdict import Verdict
 from scenarios.arrays import Array
 from sim.effects.base import Effect
 from sim.effects.parameters import Parameter
-from sim.scenario import Scenario
+from sim.scenario import Model, Scenario
 from validation.signals.amplitude import rms
 
 NORMAL_95 = 1.96
@@ -273,7 +273,7 @@ class Diagnosis(Explanation):
     untested: tuple[str, ...]
     ranking: tuple[CandidateResult, ...]
     before: ResidualTests
-    model: Scenario
+    model: Model
     given: tuple[Effect, ...] = ()
     parts: tuple[ActivePart, ...] = ()
     sentence: str = ""

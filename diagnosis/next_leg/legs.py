@@ -14,14 +14,18 @@ from diagnosis.problem.known import Known
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.problem.motion import motion_of
 from recordings import Recording
+from recordings.channels import HEIGHT
 from scenarios.errors import InputError
 from scenarios.toml import as_dict
 from sim.chain import apply_deterministic
 from sim.effects import Effects
 from sim.effects.base import Effect
 from sim.memory_run import run_in_memory
-from sim.scenario import Scenario
-from sim.simulation import plan
+from sim.scenario import Model, ModelSpec, Scenario
+from sim.simulation import channels_of, plan
+from sim.state import MOTION
+from sim.vehicles.auv import Auv
+from sim.vehicles.turntable import Turntable
 
 Phase = dict[str, Any]
 SWAYING: Phase = {"roll_amplitude_deg": 20.0, "pitch_amplitude_deg": 20.0}
@@ -91,18 +95,27 @@ class CandidateLeg:
         return replace(posed, sigma_nT=like.sigma_nT)
 
 
-def legs_of(model: Scenario) -> list[CandidateLeg]:
+def legs_of(model: Model) -> list[CandidateLeg]:
     """The legs that are feasible for the model's vehicle, without the motion just flown."""
-    flown = [phase.model_dump(exclude_unset=True) for phase in model.phases]
+    flyable = as_dict(model) | ({} if isinstance(model, Scenario) else _vehicle_for(model))
+    flown = [phase.model_dump(exclude_unset=True) for phase in getattr(model, "phases", ())]
     legs = []
     for words, phases in LEGS:
         try:
-            scenario = Scenario.model_validate(as_dict(model) | {"phases": list(phases)})
+            scenario = Scenario.model_validate(flyable | {"phases": list(phases)})
         except (ValidationError, InputError):
             continue
         if [phase.model_dump(exclude_unset=True) for phase in scenario.phases] != flown:
             legs.append(CandidateLeg(words, scenario))
     return legs
+
+
+def _vehicle_for(model: ModelSpec) -> dict[str, Any]:
+    """The vehicle for a model without one: a turntable, or one with motors where an effect needs their currents."""
+    needed = {name for effect in model.chain() for name in effect.required_inputs} - MOTION
+    vehicle = Turntable if needed <= {*channels_of(Turntable.name), HEIGHT} else Auv
+    late = {"attitude_delay_s": model.navigation.attitude_delay_s}
+    return {"vehicle": {"kind": vehicle.name}, "navigation": late}
 
 
 def measured_along(scenario: Scenario) -> Recording:

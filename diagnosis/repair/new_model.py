@@ -16,45 +16,27 @@ from diagnosis.problem.linear import LinearProblem
 from diagnosis.repair.refinement import chain_residual, fit_iron_with_effects, refine
 from diagnosis.result import NamedEffect
 from recordings import Recording
-from recordings.channels import HEIGHT
 from scenarios.errors import InputError
 from scenarios.nesting import parsed_toml
-from scenarios.spec import FieldSpec, NavigationSpec
+from scenarios.spec import FieldSpec
 from scenarios.toml import to_toml
 from sim.effects import Effects, as_tables, of_sign
 from sim.effects.base import Effect
 from sim.effects.chain_position import insert_effects
 from sim.scenario import Model, ModelSpec, Scenario
-from sim.simulation import channels_of
-from sim.state import MOTION, State
-from sim.vehicles.auv import Auv
-from sim.vehicles.turntable import Turntable
+from sim.state import State
 from validation.signals.amplitude import rms
 
-TABLE: dict[str, Any] = {"vehicle": {"kind": Turntable.name}, "phases": [{"kind": "tumble", "duration_s": 380.0}]}
-CIRCLES: dict[str, Any] = {
-    "vehicle": {"kind": Auv.name},
-    "phases": [
-        {"kind": "spiral", "radius_m": 20.0, "turn_rate_deg_s": 1.0, "duration_s": 400.0,
-         "roll_amplitude_deg": 20.0, "pitch_amplitude_deg": 25.0},
-    ],
-}  # fmt: skip
-"""Motions for a model without one: over the whole sphere, or with motors where an effect needs their currents."""
 NO_VEHICLE = "# The vehicle is unknown: `diagnose --model` takes the file; to simulate, add [vehicle] and [[phases]].\n"
 DIGITS = 5
 """Significant digits of a number in the diff; the model's file has all."""
 LONG_NUMBER = re.compile(r"-?\d+\.\d{4,}(?:e[+-]?\d+)?")
 
 
-class StandIn(Scenario):
-    """A scenario whose vehicle and motion stand in for those of a log that does not tell them."""
+def patch_model(model: Model, named: Sequence[NamedEffect], problem: LinearProblem) -> Model:
+    """Add the named effects to the given model, with fitted iron where its iron was unknown, and the field that holds.
 
-
-def patch_model(model: Model, named: Sequence[NamedEffect], problem: LinearProblem) -> Scenario:
-    """Add the named effects to the given model, with fitted iron where its iron was unknown.
-
-    A scenario keeps its vehicle and motion, but not its `vary`: the new model is a single instrument. A model without
-    a vehicle becomes a `StandIn`, which the simulator can run.
+    A scenario keeps its vehicle and motion, but not its `vary`: the new model is a single instrument.
     """
     new = [effect for cause in named for effect in cause.effects]
     iron = () if problem.iron_known else fit_iron_with_effects(problem, new).fitted_iron
@@ -67,24 +49,20 @@ def patch_model(model: Model, named: Sequence[NamedEffect], problem: LinearProbl
     return _with_effects(model, whole, problem)
 
 
-def _with_effects(model: Model, effects: Sequence[Effect], problem: LinearProblem) -> Scenario:
-    """A model with other effects, the corrected field and the attitude's delay of a problem, as a scenario."""
+def _with_effects(model: Model, effects: Sequence[Effect], problem: LinearProblem) -> Model:
+    """A model with other effects, and with the field and the attitude's delay of a problem."""
     tables, order = as_tables(effects)
-    navigation = model.navigation if isinstance(model, Scenario) else NavigationSpec()
-    changed = {
-        "effects": Effects(tables),
-        "effect_order": order,
-        "navigation": navigation.model_copy(update={"attitude_delay_s": problem.attitude_delay_s}),
-    }
+    navigation = (model if isinstance(model, Scenario) else ModelSpec()).navigation
+    late = navigation.model_copy(update={"attitude_delay_s": problem.attitude_delay_s})
+    changed = {"effects": Effects(tables), "effect_order": order, "navigation": late}
     if (corrected_nT := problem.corrected_field_enu_nT) is not None:
         changed["field"] = FieldSpec(enu_nT=tuple(corrected_nT))
+    elif model.field is None:
+        changed["field"] = FieldSpec(enu_nT=tuple(problem.state.field_enu_nT))
     if isinstance(model, Scenario):  # whose sensors' own effects are all in `effects`
         bare = tuple(sensor.model_copy(update={"kind": None, "effects": Effects()}) for sensor in model.sensors)
-        return model.model_copy(update={**changed, "sensor": None, "sensors": bare, "vary": {}})
-    needed = {name for effect in effects for name in effect.required_inputs} - MOTION
-    motion = TABLE if needed <= {*channels_of(Turntable.name), HEIGHT} else CIRCLES
-    field = model.field or FieldSpec(enu_nT=tuple(problem.state.field_enu_nT))
-    return StandIn.model_validate({"name": model.name, "summary": model.summary, "field": field} | motion | changed)
+        changed |= {"sensor": None, "sensors": bare, "vary": {}}
+    return model.model_copy(update=changed)
 
 
 def _merge_equal(effects: Sequence[Effect], state: State) -> list[Effect]:
@@ -138,16 +116,12 @@ def _nonlinear_values(effect: Effect) -> dict[str, Any]:
     return {name: getattr(effect, name) for name in effect.names() if name not in effect.linear}
 
 
-def written_model(model: Scenario) -> str:
+def written_model(model: Model) -> str:
     """The TOML text of a new model: a scenario, or what a diagnosis compares where the vehicle is not known."""
-    if not isinstance(model, StandIn):
-        return to_toml(model)
-    kept = {name: getattr(model, name) for name in ("name", "summary", "field", "effects", "effect_order")}
-    late = NavigationSpec(attitude_noise_std_deg=0.0, attitude_delay_s=model.navigation.attitude_delay_s)
-    return NO_VEHICLE + to_toml(ModelSpec(navigation=late, **kept))
+    return to_toml(model) if isinstance(model, Scenario) else NO_VEHICLE + to_toml(model)
 
 
-def resimulated_rms_nT(recording: Recording, model: Scenario, end: LinearProblem) -> float | None:
+def resimulated_rms_nT(recording: Recording, model: Model, end: LinearProblem) -> float | None:
     """Rms in nT of measured minus simulated for a model read back from its TOML text, with no fit to the recording.
 
     recording : with its attitude as recorded. end : the problem at the end of the diagnosis, whose usable samples are
@@ -155,12 +129,11 @@ def resimulated_rms_nT(recording: Recording, model: Scenario, end: LinearProblem
     """
     if not end.along_attitude or len(end.usable) != len(recording):
         return None
-    kind = ModelSpec if isinstance(model, StandIn) else Scenario
-    read = kind.model_validate(parsed_toml(written_model(model), "model.toml", "report the model"))
+    read = type(model).model_validate(parsed_toml(written_model(model), "model.toml", "report the model"))
     return rms((recording.mag_nT - simulated_nT(recording, read, end.policy))[np.asarray(end.usable > 0)])
 
 
-def lines_of_diff(given_effects: Sequence[Effect], model: Scenario) -> tuple[str, ...]:
+def lines_of_diff(given_effects: Sequence[Effect], model: Model) -> tuple[str, ...]:
     """Lines of the diff from the effects of the given model to a new model, without line ends; empty if equal."""
     tables, order = as_tables(tuple(given_effects))
     given = model.model_copy(update={"effects": Effects(tables), "effect_order": order})
@@ -168,7 +141,7 @@ def lines_of_diff(given_effects: Sequence[Effect], model: Scenario) -> tuple[str
     return tuple(difflib.unified_diff(before, after, "given model", "new model", lineterm="", n=2))
 
 
-def _compared(model: Scenario) -> list[str]:
+def _compared(model: Model) -> list[str]:
     """Lines of what a diagnosis compares, the field and the effects, with numbers of DIGITS significant digits."""
     head, *tables = re.split(r"^(?=\[)", to_toml(model), flags=re.MULTILINE)
     order = [line for line in head.splitlines() if line.startswith("effect_order")]

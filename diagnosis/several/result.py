@@ -13,7 +13,7 @@ from diagnosis.evidence.localise import ChannelShare
 from diagnosis.result import OF_VALUES, Diagnosis, Explanation, GapSize, Transfer, parameters
 from diagnosis.several.common_effects import CommonEffect, in_all
 from diagnosis.verdict import Verdict
-from sim.scenario import Scenario
+from sim.scenario import Model
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class PooledDiagnosis:
     common: tuple[CommonEffect, ...]
     single: tuple[CommonEffect, ...]
     gaps: tuple[Explanation, ...]
-    model: Scenario
+    model: Model
     scope: Scope = RECORDINGS
     first: int | None = None
     sentence: str = ""

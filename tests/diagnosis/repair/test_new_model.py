@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from diagnosis.next_leg.legs import legs_of
 from diagnosis.policy import STANDARD
 from diagnosis.problem.formulation import pose
 from diagnosis.problem.known import Known, Level, ReferenceCorrection
@@ -84,7 +85,7 @@ WALK = OffsetRandomWalk((2.0,) * 3)
 IN_PART = HardIron((5.0, 3.0, 1.0), active_s=(1.0, 9.0))
 
 
-def _patched(new: Effect, given: tuple[Effect, ...], model: Model | None = None, instead: bool = False) -> Scenario:
+def _patched(new: Effect, given: tuple[Effect, ...], model: Model | None = None, instead: bool = False) -> Model:
     done = (ReferenceCorrection("", "", np.array([1e3, 2e4, -4e4])),) if instead else ()
     posed = replace(problem(recording(300), given), corrections=done)
     return patch_model(model or ModelSpec(), [NamedEffect(new, (), EvidenceKind.HELD_OUT, 100.0, 1.0)], posed)
@@ -123,8 +124,8 @@ def test_a_written_model_has_the_field_that_holds_and_a_motion_that_shows_the_ef
         assert field.enu_nT is not None
         assert field.enu_nT[0] == east_nT
     assert _patched(IN_PART, (), flown).field == flown.field
-    assert _patched(IN_PART, ()).vehicle.kind == "turntable"
-    assert _patched(DRIVEN(**{DRIVEN.linear[0]: GAIN}), ()).vehicle.kind == "auv"
+    for effect, vehicle in ((IN_PART, "turntable"), (DRIVEN(**{DRIVEN.linear[0]: GAIN}), "auv")):
+        assert {leg.scenario.vehicle.kind for leg in legs_of(_patched(effect, ()))} == {vehicle}
 
 
 def test_a_file_of_a_log_without_a_vehicle_has_none_and_is_a_model_again(tmp_path: Path) -> None:
