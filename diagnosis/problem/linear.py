@@ -32,8 +32,10 @@ SOFT, HARD = sorted(
     key=lambda effect: effect.traits.constant,
 )
 """Iron of the vehicle: a matrix, and a constant."""
-STEPS = 4
-"""Steps between the fitted iron and the model's effects behind it: each squares the error of the preceding step."""
+STEPS, SETTLED = 4, 0.01
+"""Steps at most between the fitted iron and the model's effects behind it, each of which squares the error of the
+preceding step, and change in units of the noise that ends them.
+"""
 IN_EARTH_FRAME = frozenset({"attitude", "position"})
 """Inputs of effects that are not observable in the strength alone, nor between two magnetometers: common to both."""
 
@@ -250,14 +252,17 @@ def about_model_effects(pose: Callable[[Array | float], LinearProblem]) -> Linea
 
     Effects without recorded inputs, random effects and effects of the converter are left out.
     """
-    problem = pose(0.0)
+    problem, added_nT = pose(0.0), np.zeros((1, 3))
     known = [each for each in problem.effects if not (problem.missing_inputs(each) or each.traits.converter)]
     beyond_iron = any(not effect.traits.absorbed and not effect.stochastic for effect in known)
     for _ in range(STEPS if beyond_iron else 0):
         chain = insert_effects(known, problem.fitted_iron)
         both = (chain, [effect for effect in chain if effect.traits.absorbed])
         with_effects_nT, iron_nT = (apply_deterministic(effects, problem.state)[0] for effects in both)
-        problem = pose(with_effects_nT - iron_nT)
+        before_nT, added_nT = added_nT, with_effects_nT - iron_nT
+        if (np.abs(added_nT - before_nT) < SETTLED * problem.sigma_nT.min()).all():
+            break
+        problem = pose(added_nT)
     return problem
 
 

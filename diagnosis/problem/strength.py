@@ -70,7 +70,7 @@ def _about_iron(
     off_nT[:, 1:] -= F_nT * np.median(off_nT[:, 1:] / F_nT, axis=0)  # the dip is known but for a constant
     sigma, field_nT = _noise_nT(off_nT, recording, policy), output_axes[:, 0] * F_nT
     off_nT += np.einsum("nqi,ni->nq", output_axes @ iron.matrix, recording.mag_nT - beyond_nT - mag_nT)
-    clean_nT = field_nT @ iron.turn.T + iron.offset_nT + beyond_nT
+    clean_nT = field_nT @ iron.turn.T + iron.offset_nT
     return LinearProblem(
         **vars(known),
         recording=recording,
@@ -81,10 +81,9 @@ def _about_iron(
         usable=np.ones(len(recording)),
         turn=iron.turn,
         clean_nT=clean_nT,
-        predicted_nT=clean_nT,
+        predicted_nT=clean_nT + beyond_nT,
         inputs=measured(recording) | {"rate"},  # of the field that is measured
         output_axes=output_axes,
-        beyond_nT=beyond_nT,
     )
 
 

@@ -48,7 +48,8 @@ def still_problem(recording: Recording, known: Known) -> LinearProblem:
     state = state_of(seen, constant_nT[0], constant_nT, field_rate_nT_s=np.zeros_like(constant_nT))
     fitted = replace(known, iron_known=False)
     problem = about_model_effects(partial(_about_base, seen, state, np.ones((len(seen), 1)), fitted))
-    return replace(problem, recording=recording, still=True)
+    bare_nT = problem.clean_nT - problem.beyond_nT
+    return replace(problem, recording=recording, clean_nT=bare_nT, beyond_nT=0.0, still=True)
 
 
 def relative_problem(recording: Recording, reference_nT: Array, known: Known) -> LinearProblem:

@@ -39,7 +39,7 @@ GUARDS = {
         "DIP_ERROR_RAD",
         "LEAST_NOISE",
     },
-    "linear.py": {"STEPS"},
+    "linear.py": {"STEPS", "SETTLED"},
     "coefficients.py": {"OPEN"},
     "common_effects.py": {"STEP"},
     "candidates.py": {"HEADROOM"},

@@ -70,10 +70,10 @@ def test_an_effect_whose_cause_was_not_recorded_is_left_out() -> None:
 
 def test_at_rest_the_model_predicts_what_its_effects_add() -> None:
     posed = by_strength(at_rest(current=True), CURRENT)
-    constant_nT = posed.clean_nT - posed.beyond_nT
+    added_nT = posed.predicted_nT - posed.clean_nT
     assert posed.recording.current_A is not None
     expected_nT = posed.recording.current_A.sum(axis=1, keepdims=True) * CURRENT.gain_nT_A
-    np.testing.assert_allclose(posed.predicted_nT - constant_nT, expected_nT)
+    np.testing.assert_allclose(added_nT, expected_nT)
     assert posed.still
 
 
