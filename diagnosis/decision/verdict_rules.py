@@ -7,11 +7,12 @@ from dataclasses import replace
 
 from diagnosis.decision.monotone_courses import driving_channels, monotone_channels
 from diagnosis.evidence.baseline import Baseline
+from diagnosis.evidence.gap_size import GapSize
 from diagnosis.evidence.localise import TIME, ChannelShare, channels, courses_on_within, find_followed_channel
 from diagnosis.evidence.slow_noise import follows_time_only
 from diagnosis.problem.sensors import as_currents
 from diagnosis.problem.strength import turns_too_fast
-from diagnosis.result import EvidenceKind, Explanation, GapSize
+from diagnosis.result import EvidenceKind, Explanation
 from diagnosis.verdict import Verdict
 from recordings.channels import current_name
 from sim.effects import BY_NAME

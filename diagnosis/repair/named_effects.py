@@ -14,6 +14,7 @@ from diagnosis.decision.verdict_rules import unnamed_channels
 from diagnosis.evidence.baseline import Baseline, added_share
 from diagnosis.evidence.candidate_test import CandidateFit, ColouredBaseline, find_look_alikes
 from diagnosis.evidence.direct import DirectFinding
+from diagnosis.evidence.gap_size import GapSize
 from diagnosis.evidence.held_out import judge_settings, misfit
 from diagnosis.evidence.hypothesis import Hypothesis
 from diagnosis.evidence.localise import TIME, channels
@@ -24,7 +25,7 @@ from diagnosis.library.parameter_search import refine_between_neighbours
 from diagnosis.problem.blocks import fit, inflation
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.repair.refinement import chain_residual, refine
-from diagnosis.result import EvidenceKind, Explanation, GapSize, NamedEffect
+from diagnosis.result import EvidenceKind, Explanation, NamedEffect
 from recordings.channels import HEIGHT
 from scenarios.arrays import Array
 from sim.effects.base import Effect
@@ -82,14 +83,12 @@ def _by_cause(
     """Accepted effects with their fits by name and kind of the cause."""
     causes: dict[tuple[str, EvidenceKind], NamedEffect] = {}
     for (one, kind), effect, std in zip(accepted, effects, spread, strict=False):
-        key, evidence = (one.form_of or one.name, kind), one.evidence
+        key, (nats, strength) = (one.form_of or one.name, kind), (one.evidence.nats, one.evidence.strength)
         if (cause := causes.get(key)) is None:
-            nats, strength = evidence.nats, evidence.strength
             causes[key] = NamedEffect(effect, one.alternatives, kind, nats, strength, std, needed=one.needed)
         else:
-            others = dict.fromkeys((*cause.alternatives, effect.name, *one.alternatives))
-            alternatives = tuple(name for name in others if name != cause.name)
-            causes[key] = replace(cause, alternatives=alternatives, also=(*cause.also, effect))
+            others = [name for name in (*cause.alternatives, effect.name, *one.alternatives) if name != cause.name]
+            causes[key] = replace(cause, alternatives=tuple(dict.fromkeys(others)), also=(*cause.also, effect))
     return causes
 
 

@@ -9,8 +9,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+from diagnosis.evidence.gap_size import GapSize
 from diagnosis.evidence.localise import ChannelShare
-from diagnosis.result import OF_VALUES, Diagnosis, Explanation, GapSize, Transfer, parameters
+from diagnosis.result import OF_VALUES, Diagnosis, Explanation, Transfer, parameters
 from diagnosis.several.common_effects import CommonEffect, in_all
 from diagnosis.verdict import Verdict
 from sim.scenario import Model

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Self
 
+from diagnosis.evidence.gap_size import GapSize
 from diagnosis.evidence.localise import ChannelShare
-from diagnosis.result import GapSize
 from diagnosis.verdict import Verdict
 from reports.presentation.stated_iron import StatedIron
 from validation.text import digits

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from diagnosis.evidence.gap_size import GapSize
 from diagnosis.evidence.residual_tests import ResidualTests, RisingSpectrum
-from diagnosis.result import Diagnosis, EvidenceKind, Explanation, GapSize, NamedEffect
+from diagnosis.result import Diagnosis, EvidenceKind, Explanation, NamedEffect
 from diagnosis.verdict import Verdict
 from scenarios.arrays import Array
 from sim.effects import EFFECTS

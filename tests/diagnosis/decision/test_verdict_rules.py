@@ -12,8 +12,9 @@ from diagnosis.decision.verdict_rules import (
     doubts_of,
     verdict_of,
 )
+from diagnosis.evidence.gap_size import GapSize
 from diagnosis.evidence.localise import ChannelShare
-from diagnosis.result import Explanation, GapSize, NamedEffect
+from diagnosis.result import Explanation, NamedEffect
 from diagnosis.verdict import Verdict
 from sim.effects.iron import SoftIron
 from tests.diagnosis.decision.answers import (

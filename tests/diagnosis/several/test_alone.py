@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from diagnosis.decision.verdict_rules import judge
-from diagnosis.result import EvidenceKind, Explanation, GapSize
+from diagnosis.evidence.gap_size import GapSize
+from diagnosis.result import EvidenceKind, Explanation
 from diagnosis.several.common_effects import CommonEffect
 from diagnosis.several.workflow import check_apart
 from diagnosis.verdict import Verdict

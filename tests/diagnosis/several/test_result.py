@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from diagnosis.evidence.gap_size import GapSize
 from diagnosis.evidence.localise import ChannelShare
 from diagnosis.policy import STANDARD
-from diagnosis.result import GapSize, Transfer
+from diagnosis.result import Transfer
 from diagnosis.several.result import SENSORS
 from tests.diagnosis.several.told import ABSENT, GAP, HERE, OPEN, common, gap, own, pooled
 

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from diagnosis.evidence.gap_size import GapSize
 from diagnosis.policy import STANDARD
-from diagnosis.result import EvidenceKind, Explanation, GapSize, NamedEffect, Transfer
+from diagnosis.result import EvidenceKind, Explanation, NamedEffect, Transfer
 from diagnosis.several.coefficients import Agreement
 from diagnosis.several.common_effects import CommonEffect
 from diagnosis.several.pooled_effect import Presence
