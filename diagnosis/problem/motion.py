@@ -98,15 +98,14 @@ def attitude_at(course: CubicSpline, time_s: Array) -> Array:
 def attitude_at_its_time(
     recording: Recording, delay_s: float, policy: Policy
 ) -> tuple[Recording, float, NDArray[np.bool_]]:
-    """A recording with its attitude interpolated between new values, and moved by a delay, if either is needed.
+    """A recording with its attitude interpolated between new values and moved by a delay, if either is needed.
 
     Further the share of interpolated rows, and the rows (n,) after the attitude's last value, where it is unknown.
     """
     q, time_s = recording.att_q, recording.time_s
     if q is None:
         return recording, 0.0, np.zeros(len(recording), np.bool_)
-    known, share = _known_rows(recording.mag_nT, q, policy)
-    then_s = time_s + delay_s
+    (known, share), then_s = _known_rows(recording.mag_nT, q, policy), time_s + delay_s
     if share or delay_s:
         recording = replace(recording, att_q=attitude_at(attitude_course(time_s[known], q[known]), then_s))
     return recording, share, np.asarray(then_s > time_s[known[-1]])

@@ -28,16 +28,12 @@ def of_sensor(recording: Recording, sensor: int | None, where: str) -> Recording
     if sensor is None and count > 1:
         raise InputError(f"an array of {count} sensors", where=where, do="say which with --sensor, counted from 1")
     if sensor is not None and not 1 <= sensor <= count:
-        found = "one magnetometer" if array is None else f"the sensors 1 to {count}"
-        raise InputError(f"there is no sensor {sensor}: the recording has {found}", where=where, do=_instead(recording))
+        found, do = f"the sensors 1 to {count}", "give one of these"
+        if array is None:
+            beside = f": {REFERENCE[0]} and its like are the reference" if REFERENCE[0] in recording.channels else ""
+            found, do = "one magnetometer", f"leave the option out{beside}"
+        raise InputError(f"there is no sensor {sensor}: the recording has {found}", where=where, do=do)
     return recording if array is None else recording.sensor((sensor or 1) - 1)
-
-
-def _instead(recording: Recording) -> str:
-    """Advice for a sensor number out of range."""
-    if recording.array_mag_nT is None and REFERENCE[0] in recording.channels:
-        return f"leave the option out: {REFERENCE[0]} and its like are the reference"
-    return "leave the option out" if recording.array_mag_nT is None else "give one of these"
 
 
 def one_sensor(recording: Recording, sensor: int | None, reference: int | None, path: Path) -> Recording:
