@@ -128,7 +128,7 @@ def accept_simplest(
     return AcceptedEffect(chosen, (), needed).listing(*names)
 
 
-def is_as_good(candidate: Evidence, best: Evidence, policy: Policy, form: float, simpler: float) -> bool:
+def is_as_good(candidate: _Comparable, best: _Comparable, policy: Policy, form: float, simpler: float) -> bool:
     """Whether a candidate gains as much as the best but for chance, or but for a form error.
 
     form, simpler : share of the best gain by which the best's family, or an effect that the best contains, may gain
@@ -140,7 +140,7 @@ def is_as_good(candidate: Evidence, best: Evidence, policy: Policy, form: float,
 
 
 class _Comparable(Protocol):
-    """A candidate with its gain in nats, its number of columns, and how far it is from its own size."""
+    """A candidate with gain in nats, their inflation V, number of columns, and how far it is from its own size."""
 
     @property
     def candidate(self) -> Candidate: ...
@@ -148,6 +148,8 @@ class _Comparable(Protocol):
     def name(self) -> str: ...
     @property
     def gain(self) -> float: ...
+    @property
+    def V(self) -> float: ...
     @property
     def width(self) -> int: ...
     @property

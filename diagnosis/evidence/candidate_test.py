@@ -109,18 +109,18 @@ class ColouredBaseline:
         Chance is what the candidate's columns, shifted in time, gain.
         """
         surrogates = self.surrogate_gains(fit)
-        inflation = max(1.0, 2 * float(surrogates.mean()) / fit.columns.shape[2])
+        inflation = inflation_by_chance(surrogates, fit.columns.shape[2])
         by_chance = "" if fit.gain > surrogates.max() else NO_BETTER_THAN_SURROGATES
         return inflation, by_chance if fit.gain / inflation > needed else TOO_LITTLE
 
     def surrogate_gains(self, candidate: CandidateFit) -> Array:
         """Nats (m,) that time-shifted columns of a candidate gain in sample from the candidate's residual."""
-        moved = surrogate_columns(candidate.evidence.candidate, self.problem, self.rows)
-        products = self.surrogate_products(candidate.columns, candidate.hypothesis, moved)
-        return np.array([explained_nats(N) for N in products])
+        kind, columns, hypothesis = candidate.evidence.candidate, candidate.columns, candidate.hypothesis
+        return np.array([explained_nats(N) for N in self.surrogate_products(kind, columns, hypothesis)])
 
-    def surrogate_products(self, columns: Array, hypothesis: Hypothesis, moved: Sequence[Array]) -> list[Array]:
+    def surrogate_products(self, candidate: Candidate, columns: Array, hypothesis: Hypothesis) -> list[Array]:
         """Products (k + 1, k + 1) of time-shifted columns and of the residual of a hypothesis with the candidate."""
+        moved = surrogate_columns(candidate, self.problem, self.rows)
         rows = replace(self.rows, target=hypothesis.residual(self.rows, self.columns_with(columns)))
         return information_matrices(rows, columns[:, :, :0], moved, hypothesis.noise_model)
 
@@ -138,6 +138,11 @@ class ColouredBaseline:
         baseline = replace(self, rows=best.rows)
         kept, alone = baseline.gains_beside(rival.columns, best.columns, best.hypothesis.noise_model)
         return kept / max(alone, 1e-9)
+
+
+def inflation_by_chance(gains: Array, k: int) -> float:
+    """Inflation of nats by coloured noise: mean gain (m,) of k columns as surrogates, over half a nat each."""
+    return max(1.0, 2 * float(gains.mean()) / k)
 
 
 def surrogate_columns(candidate: Candidate, problem: LinearProblem, rows: BinnedRows) -> list[Array]:

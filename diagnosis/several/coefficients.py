@@ -39,7 +39,7 @@ class CoefficientEstimate:
     @cached_property
     def error(self) -> tuple[Array, Array]:
         """A root R (k, k) of the information, and the covariance (k, k) of ``R c``."""
-        return self.wider or (_root(self.N, _size(self.N)), np.eye(len(self.g)))
+        return self.wider or (root(self.N), np.eye(len(self.g)))
 
     @property
     def covariance(self) -> Array:
@@ -116,7 +116,7 @@ def with_scatter(
     """
     whole = [pool_estimates(parts) for parts in parts_of_each]
     size = _size(pool_estimates(whole).N)
-    roots = [_root(one.N, size) for one in whole]
+    roots = [root(one.N, size) for one in whole]
     u = [
         R @ inverse(one.N) @ (part.g - part.N @ one.c)
         for R, one, parts in zip(roots, whole, parts_of_each, strict=True)
@@ -171,8 +171,9 @@ def rank(N: Array) -> int:
     return int(np.linalg.matrix_rank(N / np.outer(size := _size(N), size), hermitian=True, rtol=OPEN))
 
 
-def _root(N: Array, size: Array) -> Array:
-    """A root R (k, k) of an information matrix, ``R^T R = N``, symmetric for coefficients in units of 1 / size (k,)."""
+def root(N: Array, size: Array | None = None) -> Array:
+    """A root R (k, k) of a matrix, ``R^T R = N``, symmetric in units of `size` (k,), by default the diagonal's root."""
+    size = _size(N) if size is None else size
     values, vectors = np.linalg.eigh(N / np.outer(size, size))
     return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)) @ vectors.T * size)
 

@@ -22,6 +22,7 @@ from diagnosis.several.coefficients import (
     agreement,
     cross_predicted_gain,
     inverse,
+    root,
     size_ratios,
 )
 from diagnosis.several.pooled_effect import PooledEffect, Presence
@@ -188,20 +189,16 @@ def parameters_of(
 ) -> tuple[Effect, dict[str, Array]]:
     """Return the effect with coefficients (k,) of covariance (k, k), and the standard deviations of its parameters.
 
-    ``C_p = J C J^T`` with the slopes J of the parameters, as finite differences.
+    ``C_p = J R^T R J^T`` with the slopes J of the parameters, as finite differences along the rows of a root R of C.
     """
     listed = not candidate.effect.linear and not candidate.effect.tangents
     effect_at = _listed_effect(candidate, problem) if listed else candidate.to_effect
-    effect, std = effect_at(c), np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    steps = np.diag(np.where(std > 0, STEP * std, STEP))
-    moved = [effect_at(c + step) for step in steps]
-    spread = {}
+    effect, moved, spread = effect_at(c), [effect_at(c + STEP * row) for row in root(covariance)], {}
     for p in effect.parameters():
         if (listed or p.name not in dict(candidate.nonlinear)) and not p.worded:
-            values = np.array([getattr(one, p.name) for one in moved]) - np.asarray(getattr(effect, p.name))
-            J = np.einsum("i...,i->i...", values, 1 / np.diag(steps))
-            if J.any():
-                spread[p.name] = np.sqrt(np.maximum(np.einsum("i...,ij,j...->...", J, covariance, J), 0.0))
+            changes = np.array([getattr(one, p.name) for one in moved]) - np.asarray(getattr(effect, p.name))
+            if changes.any():
+                spread[p.name] = np.linalg.norm(changes, axis=0) / STEP
     return effect, spread
 
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property
 
 import numpy as np
 
-from diagnosis.evidence.candidate_test import ColouredBaseline, surrogate_columns
+from diagnosis.evidence.candidate_test import ColouredBaseline, inflation_by_chance
 from diagnosis.evidence.held_out import search_price
 from diagnosis.evidence.hypothesis import Hypothesis, information_matrices, remaining, white_noise_model
 from diagnosis.evidence.projections import explained_nats, products
@@ -78,13 +78,12 @@ class CandidateInRecording:
     @cached_property
     def surrogates(self) -> list[Array]:
         """Products (k + 1, k + 1) of the columns shifted in time, as surrogates without an effect."""
-        moved = surrogate_columns(self.candidate, self.problem, self.baseline.rows)
-        return self.baseline.surrogate_products(self.columns, self.hypothesis, moved)
+        return self.baseline.surrogate_products(self.candidate, self.problem, self.columns, self.hypothesis)
 
     @cached_property
     def inflation(self) -> float:
-        """Inflation of nats by coloured noise: mean gain of the surrogates over half a column each."""
-        return max(1.0, float(2 * np.mean(list(map(explained_nats, self.surrogates))) / self.columns.shape[2]))
+        """Inflation of nats by coloured noise."""
+        return inflation_by_chance(np.array(list(map(explained_nats, self.surrogates))), self.columns.shape[2])
 
     @cached_property
     def estimate(self) -> CoefficientEstimate:
@@ -158,12 +157,12 @@ class PooledEffect:
 
     @classmethod
     def beside(
-        cls, settings: Sequence[Candidate], others: Iterable[Candidate], problems: Sequence[LinearProblem]
+        cls, settings: Sequence[Candidate], others: Collection[Candidate], problems: Sequence[LinearProblem]
     ) -> PooledEffect:
         """Test a candidate as `of` does, next to other candidates in the recordings that hold their causes."""
-        known, posed = list(others), []
+        posed = []
         for problem in problems:
-            accepted = [columns for other in known if (columns := columns_in(other, problem)) is not None]
+            accepted = [columns for other in others if (columns := columns_in(other, problem)) is not None]
             posed.append((problem, ColouredBaseline.of(problem, accepted)))
         return cls.of(settings, posed)
 
@@ -193,9 +192,9 @@ class PooledEffect:
         return next(iter(self.here.values())).problem.policy
 
     @property
-    def indistinct_nats(self) -> float:
-        """Difference of nats within which another candidate is as good: of the mean inflation of the recordings."""
-        return self.policy.apart * float(np.mean([one.inflation for one in self.here.values()]))
+    def V(self) -> float:
+        """Mean inflation of the nats of the recordings."""
+        return float(np.mean([one.inflation for one in self.here.values()]))
 
     @cached_property
     def gain(self) -> float:

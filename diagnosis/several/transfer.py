@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from diagnosis.decision.advice import advice_for
-from diagnosis.decision.choice import in_same_family
+from diagnosis.decision.choice import is_as_good
 from diagnosis.decision.sentence import sentence_for
 from diagnosis.evidence.reference_checks import correct_reference
 from diagnosis.library.candidates import Candidate
@@ -164,13 +164,9 @@ def look_alikes(
 ) -> tuple[list[PooledEffect], list[PooledEffect]]:
     """Return candidates as good as the best or of its family, the best first, and look-alikes in coloured noise."""
     policy, explained = best.policy, [one for one in tried if one is not best and best.explains(one.columns)]
-    family_share = policy.same_family_coloured if coloured else policy.same_family
-
-    def within(rival: PooledEffect, share: float) -> bool:
-        return best.gain - rival.gain < max(best.indistinct_nats, share * best.gain)
-
-    closest = [rival for rival in explained if within(rival, family_share if in_same_family(rival, best) else 0.0)]
-    return [best, *closest], [rival for rival in explained if coloured and within(rival, policy.same_coloured)]
+    form, near = (policy.same_family_coloured, policy.same_coloured) if coloured else (policy.same_family, 0.0)
+    as_good = [best, *(one for one in explained if is_as_good(one, best, policy, form, 0.0))]
+    return as_good, [one for one in explained if best.gain - one.gain < near * best.gain]
 
 
 def fit_equally_well(effect: PooledEffect, settings: Settings) -> list[str]:
@@ -182,7 +178,7 @@ def fit_equally_well(effect: PooledEffect, settings: Settings) -> list[str]:
     others = [candidate for listed in settings.values() for candidate in listed if candidate.name != effect.name]
     gains, close = _fitted_gains(effect, [effect.candidate, *others]), dict[str, None]()
     for candidate in others:
-        more = effect.indistinct_nats * (1 if effect.name in candidate.effect.traits.contains else -1)
+        more = effect.policy.apart * effect.V * (1 if effect.name in candidate.effect.traits.contains else -1)
         if gains.get(candidate, -np.inf) > gains[effect.candidate] + more:
             tests = {i: effect.here[i] for i in effect.shown}
             columns = {i: one.baseline.rows.bin(candidate.columns(one.problem)) for i, one in tests.items()}

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from calib.numerics.threads import one_thread
-from diagnosis.decision.choice import AcceptedEffect, residual_tests
+from diagnosis.decision.choice import AcceptedEffect
 from diagnosis.decision.conclusion import Conclusion, conclude
 from diagnosis.decision.verdict_rules import judge
 from diagnosis.evidence.baseline import Baseline
@@ -185,9 +185,8 @@ def _explained(recording: PooledRecording, i: int, effects: Sequence[PooledEffec
                 fitted.append(columns)
             else:
                 target = target - columns @ predicted_by_others(effect.possible)[i]
-    selection = recording.examination.conclusion.selection
-    after = residual_tests(baseline, [effect.name for effect in accepted]) if accepted else selection.before
-    conclusion = conclude(replace(selection, accepted=tuple(accepted), end=baseline, after=after))
+    selection = replace(recording.examination.conclusion.selection, accepted=tuple(accepted))
+    conclusion = conclude(selection.beside(baseline))
     if conclusion.noise is not None and not conclusion.noise.identified:
         conclusion = replace(conclusion, noise=None)
     return conclusion, Baseline.of(replace(problem, target=target), fitted).residual()

@@ -127,7 +127,7 @@ class Told:
     useless: bool = True
     columns: None = None
     policy: Policy = STANDARD
-    indistinct_nats: float = 5.0
+    V: float = 5.0 / STANDARD.apart
 
     @property
     def name(self) -> str:

@@ -103,7 +103,7 @@ def test_a_joint_pays_for_its_search_and_is_as_good_within_what_is_left() -> Non
     found = PooledEffect.of([replace(MOTOR, tried=200), MOTOR.at({"motor": 1})], [(GIVEN, _with(0.0 * TO))])
     assert found.price == search_price(400, 3, STANDARD) > search_price(200, 3, STANDARD)
     in_recording: Any = {i: SimpleNamespace(inflation=by, problem=GIVEN) for i, by in enumerate((2.0, 4.0))}
-    assert PooledEffect(MOTOR, in_recording, 0.0).indistinct_nats == pytest.approx(3 * STANDARD.apart)
+    assert pytest.approx(3.0) == PooledEffect(MOTOR, in_recording, 0.0).V
 
 
 def test_the_likeliest_setting_is_the_one_that_is_there_and_the_least_likely_one_that_no_recording_holds() -> None:
