@@ -29,9 +29,6 @@ from diagnosis.several.coefficients import (
 from scenarios.arrays import Array
 from validation.signals.amplitude import rms
 
-Posed = tuple[LinearProblem, ColouredBaseline]
-"""A recording compared with the model, and its baseline with the accepted effects."""
-
 
 class Presence(StrEnum):
     """Presence of an effect in one recording."""
@@ -51,7 +48,6 @@ class CandidateInRecording:
     """
 
     candidate: Candidate
-    problem: LinearProblem
     baseline: ColouredBaseline
     columns: Array
     hypothesis: Hypothesis
@@ -60,25 +56,24 @@ class CandidateInRecording:
     held_out_gain: float
 
     @classmethod
-    def of(cls, candidate: Candidate, posed: Posed, columns: Array) -> CandidateInRecording:
+    def of(cls, candidate: Candidate, baseline: ColouredBaseline, columns: Array) -> CandidateInRecording:
         """Fit the candidate with its own noise model."""
-        problem, baseline = posed
         hypothesis, same, gain = baseline.fit_columns(columns)
         left = remaining(baseline.rows, baseline.accepted_columns, columns, hypothesis.noise_model)
-        parts = np.array_split(left, problem.policy.scatter_parts)
+        parts = np.array_split(left, baseline.rows.policy.scatter_parts)
         estimates = [CoefficientEstimate.of(products(part)) for part in parts]
         null_gain = max(baseline.hypothesis.log_likelihood - same.log_likelihood, 0.0)
-        return cls(candidate, problem, baseline, columns, hypothesis, estimates, null_gain, gain)
+        return cls(candidate, baseline, columns, hypothesis, estimates, null_gain, gain)
 
     @property
-    def posed(self) -> Posed:
-        """The recording, and its baseline with the candidate's noise model."""
-        return self.problem, replace(self.baseline, hypothesis=self.hypothesis)
+    def as_left(self) -> ColouredBaseline:
+        """The baseline with the noise model that the candidate leaves."""
+        return replace(self.baseline, hypothesis=self.hypothesis)
 
     @cached_property
     def surrogates(self) -> list[Array]:
         """Products (k + 1, k + 1) of the columns shifted in time, as surrogates without an effect."""
-        return self.baseline.surrogate_products(self.candidate, self.problem, self.columns, self.hypothesis)
+        return self.baseline.surrogate_products(self.candidate, self.columns, self.hypothesis)
 
     @cached_property
     def inflation(self) -> float:
@@ -105,16 +100,16 @@ class CandidateInRecording:
         """
         if not own:
             return self
-        before, policy = self.baseline, self.problem.policy
+        before, policy = self.baseline, self.baseline.rows.policy
         columns = before.rows.bin_groups(own)
-        baseline = ColouredBaseline.in_rows(self.problem, before.rows, before.columns_with(columns))
+        baseline = ColouredBaseline.in_rows(before.problem, before.rows, before.columns_with(columns))
         held_out = baseline.hypothesis.held_out_log_likelihood - self.hypothesis.held_out_log_likelihood
         if held_out <= policy.apart * self.inflation:
             return self
         kept, alone = before.gains_beside(self.columns, columns, baseline.hypothesis.noise_model)
         if kept >= policy.half * max(alone, 1e-9):
             return self
-        return CandidateInRecording.of(self.candidate, (self.problem, baseline), self.columns)
+        return CandidateInRecording.of(self.candidate, baseline, self.columns)
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,37 +129,37 @@ class PooledEffect:
     alternatives: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, settings: Sequence[Candidate], posed: Sequence[Posed]) -> PooledEffect:
+    def of(cls, settings: Sequence[Candidate], baselines: Sequence[ColouredBaseline]) -> PooledEffect:
         """Test a candidate next to accepted effects, at the first setting or the likeliest in the noise it leaves."""
-        first = cls._at(settings[0], settings, posed)
+        first = cls._at(settings[0], settings, baselines)
         if len(settings) == 1:
             return first
-        left = [first.here[i].posed if i in first.here else one for i, one in enumerate(posed)]
+        left = [first.here[i].as_left if i in first.here else one for i, one in enumerate(baselines)]
         likely = cross_predicted(settings, left)
         best = max(settings, key=lambda setting: likely[setting])
-        found = first if best == settings[0] else cls._at(best, settings, posed)
+        found = first if best == settings[0] else cls._at(best, settings, baselines)
         return max(first, found, key=lambda effect: effect.gain)
 
     @classmethod
-    def _at(cls, candidate: Candidate, settings: Sequence[Candidate], posed: Sequence[Posed]) -> PooledEffect:
+    def _at(
+        cls, candidate: Candidate, settings: Sequence[Candidate], baselines: Sequence[ColouredBaseline]
+    ) -> PooledEffect:
         """Test one of several settings, at the price of a search among all."""
         here = {}
-        for i, (problem, baseline) in enumerate(posed):
-            if (columns := columns_in(candidate, problem)) is not None:
-                here[i] = CandidateInRecording.of(candidate, (problem, baseline), baseline.rows.bin(columns))
+        for i, baseline in enumerate(baselines):
+            if (columns := columns_in(candidate, baseline.problem)) is not None:
+                here[i] = CandidateInRecording.of(candidate, baseline, baseline.rows.bin(columns))
         found, tried = cls(candidate, here, 0.0), max(setting.tried for setting in settings) * len(settings)
-        return replace(found, price=search_price(tried, found.width or 1, posed[0][0].policy))
+        return replace(found, price=search_price(tried, found.width or 1, baselines[0].rows.policy))
 
     @classmethod
     def beside(
         cls, settings: Sequence[Candidate], others: Collection[Candidate], problems: Sequence[LinearProblem]
     ) -> PooledEffect:
         """Test a candidate as `of` does, next to other candidates in the recordings that hold their causes."""
-        posed = []
-        for problem in problems:
-            accepted = [columns for other in others if (columns := columns_in(other, problem)) is not None]
-            posed.append((problem, ColouredBaseline.of(problem, accepted)))
-        return cls.of(settings, posed)
+        several = ([columns_in(other, problem) for other in others] for problem in problems)
+        accepted = ([columns for columns in each if columns is not None] for each in several)
+        return cls.of(settings, list(map(ColouredBaseline.of, problems, accepted)))
 
     @property
     def name(self) -> str:
@@ -189,7 +184,7 @@ class PooledEffect:
     @property
     def policy(self) -> Policy:
         """The policy of the diagnosis."""
-        return next(iter(self.here.values())).problem.policy
+        return next(iter(self.here.values())).baseline.rows.policy
 
     @property
     def V(self) -> float:
@@ -270,11 +265,13 @@ class PooledEffect:
         return not self.here or bool(kept / max(alone, 1e-9) < self.policy.half)
 
 
-def estimates_of(candidates: Iterable[Candidate], posed: Sequence[Posed]) -> dict[Candidate, list[CoefficientEstimate]]:
+def estimates_of(
+    candidates: Iterable[Candidate], baselines: Sequence[ColouredBaseline]
+) -> dict[Candidate, list[CoefficientEstimate]]:
     """Coefficients of candidates in the recordings that hold their causes, in the noise of the baselines."""
     found: dict[Candidate, list[CoefficientEstimate]] = {candidate: [] for candidate in candidates}
-    for problem, baseline in posed:
-        held = ((candidate, columns_in(candidate, problem)) for candidate in found)
+    for baseline in baselines:
+        held = ((candidate, columns_in(candidate, baseline.problem)) for candidate in found)
         rows = {candidate: baseline.rows.bin(columns) for candidate, columns in held if columns is not None}
         several, noise_model = list(rows.values()), baseline.hypothesis.noise_model
         N = information_matrices(baseline.rows, baseline.accepted_columns, several, noise_model) if rows else []
@@ -283,9 +280,9 @@ def estimates_of(candidates: Iterable[Candidate], posed: Sequence[Posed]) -> dic
     return found
 
 
-def cross_predicted(candidates: Iterable[Candidate], posed: Sequence[Posed]) -> dict[Candidate, float]:
+def cross_predicted(candidates: Iterable[Candidate], baselines: Sequence[ColouredBaseline]) -> dict[Candidate, float]:
     """Nats explained in each recording by the other recordings' coefficients, summed, in the noise of the baselines."""
-    several = estimates_of(candidates, posed).items()
+    several = estimates_of(candidates, baselines).items()
     return {candidate: cross_predicted_gain(estimates) if estimates else -np.inf for candidate, estimates in several}
 
 

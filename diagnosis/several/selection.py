@@ -23,7 +23,7 @@ from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.result import Transfer
 from diagnosis.several.common_effects import in_all
-from diagnosis.several.pooled_effect import CandidateInRecording, PooledEffect, Posed, columns_in, cross_predicted
+from diagnosis.several.pooled_effect import CandidateInRecording, PooledEffect, columns_in, cross_predicted
 from diagnosis.several.transfer import Settings, assess_transfer, fit_equally_well, look_alikes
 from diagnosis.workflow import Examination, Progress
 from sim.effects import EFFECTS
@@ -59,9 +59,9 @@ class PooledRecording:
         return self.baseline.problem
 
     @cached_property
-    def posed(self) -> Posed:
-        """The problem, and the baseline with its noise model."""
-        return self.problem, ColouredBaseline.of(self.problem, self.baseline.accepted_columns)
+    def coloured(self) -> ColouredBaseline:
+        """The baseline with its noise model."""
+        return ColouredBaseline.of(self.problem, self.baseline.accepted_columns)
 
     def with_candidate(self, candidate: Candidate) -> PooledRecording:
         """The recording with a further effect in the baseline, where its causes are recorded."""
@@ -74,7 +74,7 @@ def select_pooled(
 ) -> tuple[list[PooledEffect], list[PooledEffect]]:
     """Select effects supported by several recordings; return them with the effects named by a single recording."""
     pool, accepted = Pool(tuple(recordings), _settings(recordings)), list[PooledEffect]()
-    first = pool.posed
+    first = pool.coloured
     while len(accepted) < pool.policy.most_effects and not (accepted and pool.clean):
         say(f"all recordings together, round {len(accepted) + 1}")
         best = pool.best_effect()
@@ -114,9 +114,9 @@ class Pool:
         return self.recordings[0].problem.policy
 
     @property
-    def posed(self) -> list[Posed]:
-        """The problems, and the baselines with their noise models."""
-        return [recording.posed for recording in self.recordings]
+    def coloured(self) -> list[ColouredBaseline]:
+        """The baselines with their noise models."""
+        return [recording.coloured for recording in self.recordings]
 
     @cached_property
     def clean(self) -> bool:
@@ -150,19 +150,16 @@ class Pool:
 
     def _screened(self) -> list[PooledEffect]:
         """Test the candidates of largest gain with the baselines' noise models, and all named by a recording."""
-        likely = cross_predicted([setting for listed in self.settings.values() for setting in listed], self.posed)
+        likely = cross_predicted([setting for listed in self.settings.values() for setting in listed], self.coloured)
         best = {name: sorted(listed, key=lambda setting: -likely[setting]) for name, listed in self.settings.items()}
         order = sorted(best, key=lambda name: -likely[best[name][0]])[: self.policy.tried_coloured]
         own = {effect.name for recording in self.recordings for effect in recording.own_effects}
         return [
-            PooledEffect.of(best[name], self.posed) for name in dict.fromkeys([*order, *sorted(own - {*self.names})])
+            PooledEffect.of(best[name], self.coloured) for name in dict.fromkeys([*order, *sorted(own - {*self.names})])
         ]
 
     def _assessed(self, pooled: PooledEffect, *, coloured: bool) -> PooledEffect:
-        """The candidate's transfer, tested next to effects that a recording has by itself and that compete.
-
-        Competing effects are of a different family, and do not list the candidate as a look-alike.
-        """
+        """The candidate's transfer, tested next to effects of other causes that a recording has by itself."""
         here, named = dict(pooled.here), []
         for i, recording in enumerate(self.recordings):
             own = recording.own_effects
@@ -221,19 +218,15 @@ class Pool:
         """Effects named by a single recording, tested next to the accepted effects."""
         known = {name for effect in accepted for name in (effect.name, *effect.alternatives)}
         own = {one.name: one.evidence.candidate for recording in self.recordings for one in recording.own_effects}
-        alone = []
-        for name, first in own.items():
-            if name not in known:
-                settings = dict.fromkeys([first, *self.settings[name]])
-                pooled = PooledEffect.of(list(settings), self.posed)
-                alone.append(replace(self._assessed(pooled, coloured=True), transfer=None))
-        return alone
+        alone = [dict.fromkeys([first, *self.settings[name]]) for name, first in own.items() if name not in known]
+        tested = (PooledEffect.of(list(settings), self.coloured) for settings in alone)
+        return [replace(self._assessed(pooled, coloured=True), transfer=None) for pooled in tested]
 
 
-def is_form_of(accepted: Sequence[PooledEffect], best: PooledEffect, first: Sequence[Posed]) -> bool:
+def is_form_of(accepted: Sequence[PooledEffect], best: PooledEffect, first: Sequence[ColouredBaseline]) -> bool:
     """Whether an effect is a form error of accepted effects: of one family, or far smaller.
 
-    first : the recordings without any effect. A size far smaller than alone shows resemblance to accepted effects.
+    first : the baselines without any effect. A size far smaller than alone shows resemblance to accepted effects.
     """
     if any(in_same_family(best, effect) for effect in accepted):
         return True

@@ -180,8 +180,7 @@ def fit_equally_well(effect: PooledEffect, settings: Settings) -> list[str]:
     for candidate in others:
         more = effect.policy.apart * effect.V * (1 if effect.name in candidate.effect.traits.contains else -1)
         if gains.get(candidate, -np.inf) > gains[effect.candidate] + more:
-            tests = {i: effect.here[i] for i in effect.shown}
-            columns = {i: one.baseline.rows.bin(candidate.columns(one.problem)) for i, one in tests.items()}
+            columns = {i: effect.here[i].baseline.columns_of(candidate) for i in effect.shown}
             close |= {candidate.name: None} if effect.explains(columns) else {}
     return list(close)
 
@@ -191,9 +190,9 @@ def _fitted_gains(effect: PooledEffect, candidates: Sequence[Candidate]) -> dict
 
     One coefficient vector for all recordings, or one for each where the effect's coefficients differ.
     """
-    posed, own = [effect.here[i].posed for i in effect.shown], effect.transfer is Transfer.NOT_TRANSFERRED
+    left, own = [effect.here[i].as_left for i in effect.shown], effect.transfer is Transfer.NOT_TRANSFERRED
     return {
         candidate: sum(one.gain(one.c) for one in (estimates if own else [pool_estimates(estimates)]))
-        for candidate, estimates in estimates_of(candidates, posed).items()
-        if len(estimates) == len(posed)
+        for candidate, estimates in estimates_of(candidates, left).items()
+        if len(estimates) == len(left)
     }

@@ -101,19 +101,15 @@ def diagnose_sensors(
 
 
 def _compared_effects(examinations: Sequence[Examination], named: Set[str]) -> list[CommonEffect]:
-    """Every named effect fitted to all sensors, beside all other effects.
-
-    An effect has the setting of one of the sensors, and the look-alikes of the sensor with the strongest evidence.
-    """
+    """Every named effect fitted to all sensors, beside all others, with the look-alikes of the strongest evidence."""
     accepted = [own for examination in examinations for own in examination.conclusion.accepted if own.name in named]
-    strongest_first = sorted(accepted, key=lambda own: -own.evidence.nats)
     problems, compared = [examination.problem for examination in examinations], []
     for name in dict.fromkeys(own.name for own in accepted):
-        alike = [own for own in strongest_first if own.name == name]
+        alike = sorted((own for own in accepted if own.name == name), key=lambda own: -own.evidence.nats)
         settings = dict.fromkeys(own.evidence.candidate for own in alike)
         others = dict.fromkeys(own.evidence.candidate for own in accepted if own.name != name)
-        pooled = PooledEffect.beside(list(settings), others, problems)
-        effect = replace(compare_sensors(pooled), alternatives=alike[0].alternatives)
+        pooled = compare_sensors(PooledEffect.beside(list(settings), others, problems))
+        effect = replace(pooled, alternatives=alike[0].alternatives)
         compared.append(common_effect(effect, problems, alike[0].evidence.strength))
     return compared
 

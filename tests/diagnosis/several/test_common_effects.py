@@ -80,7 +80,11 @@ def shown(transfer: Transfer | None, *asked: bool, alternatives: tuple[str, ...]
     """The drift in the recordings that were asked, with 60 nats over an inflation of two in each."""
     parts = [CoefficientEstimate(OWN.N / 2, OWN.g / 2)] * 2
     in_recording: Any = SimpleNamespace(
-        parts=parts, held_out_gain=60.0, inflation=2.0, strength=0.5, problem=COMES_BACK
+        parts=parts,
+        held_out_gain=60.0,
+        inflation=2.0,
+        strength=0.5,
+        baseline=SimpleNamespace(rows=SimpleNamespace(policy=STANDARD)),
     )
     here = {i: in_recording for i, there in enumerate(asked) if there}
     agree = agreement([OWN] * len(here), 0.0)

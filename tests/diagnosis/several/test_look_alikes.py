@@ -54,9 +54,7 @@ def test_beside_what_a_recording_alone_has_nothing_is_left_of_what_that_takes_up
 ) -> None:
     here = flown(hidden, 40.0 if hidden == "both" else 4.0)
     coloured_baseline = ColouredBaseline.of(here, [])
-    one = CandidateInRecording.of(
-        one_of_lot, (here, coloured_baseline), coloured_baseline.rows.bin(one_of_lot.columns(here))
-    )
+    one = CandidateInRecording.of(one_of_lot, coloured_baseline, coloured_baseline.rows.bin(one_of_lot.columns(here)))
     again = one.beside([own.columns(here)])
     assert one.held_out_gain > STANDARD.coloured_nats
     assert (again is one) is stays
@@ -108,7 +106,7 @@ def test_a_rival_is_explained_that_gains_nothing_beside_the_best(rival: Candidat
     """A temperature that rises as a drift does gains alone and not beside it; a tone of its own gains beside it."""
     problems = [flown("both", 40.0, seed) for seed in (1, 2)]
     baselines = [ColouredBaseline.of(one, []) for one in problems]
-    best = PooledEffect.of([DRIFT], list(zip(problems, baselines, strict=True)))
+    best = PooledEffect.of([DRIFT], baselines)
     columns = [baseline.rows.bin(rival.columns(one)) for baseline, one in zip(baselines, problems, strict=True)]
     assert best.explains(dict(enumerate(columns))) is explained
     assert best.explains({0: columns[0]}) is explained

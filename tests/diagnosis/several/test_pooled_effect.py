@@ -44,7 +44,7 @@ def _with(added: Array, accepted_columns: tuple[Array, ...] = ()) -> ColouredBas
 
 
 def _asked(coloured_baseline: ColouredBaseline, columns: Array) -> CandidateInRecording:
-    return CandidateInRecording.of(MOTOR, (GIVEN, coloured_baseline), columns)
+    return CandidateInRecording.of(MOTOR, coloured_baseline, columns)
 
 
 def _badly(coloured_baseline: ColouredBaseline, hypothesis: Hypothesis) -> Hypothesis:
@@ -100,9 +100,9 @@ def test_what_is_left_of_the_same_course_inflates() -> None:
 
 def test_a_joint_pays_for_its_search_and_is_as_good_within_what_is_left() -> None:
     """The search compared all settings of the recordings, each of which had been searched for."""
-    found = PooledEffect.of([replace(MOTOR, tried=200), MOTOR.at({"motor": 1})], [(GIVEN, _with(0.0 * TO))])
+    found = PooledEffect.of([replace(MOTOR, tried=200), MOTOR.at({"motor": 1})], [_with(0.0 * TO)])
     assert found.price == search_price(400, 3, STANDARD) > search_price(200, 3, STANDARD)
-    in_recording: Any = {i: SimpleNamespace(inflation=by, problem=GIVEN) for i, by in enumerate((2.0, 4.0))}
+    in_recording: Any = {i: SimpleNamespace(inflation=by) for i, by in enumerate((2.0, 4.0))}
     assert pytest.approx(3.0) == PooledEffect(MOTOR, in_recording, 0.0).V
 
 
@@ -111,7 +111,7 @@ def test_the_likeliest_setting_is_the_one_that_is_there_and_the_least_likely_one
     hidden = {"motor_current": {"gain_nT_A": [3.0, -2.0, 4.0]}}
     problems = [problem(recording(1200, seed=seed, hidden=hidden)) for seed in (1, 2)]
     one, gone = MOTOR.at({"motor": 1}), MOTOR.at({"motor": 9})
-    posed = [(each, ColouredBaseline.of(each, [])) for each in problems]
+    posed = [ColouredBaseline.of(each, []) for each in problems]
     likely = cross_predicted([one, gone, MOTOR], posed)
     assert likely[gone] == -np.inf
     assert likely[MOTOR] > likely[one] > 0.0

@@ -148,7 +148,7 @@ def test_what_is_much_smaller_than_alone_looked_like_what_is_in() -> None:
     )
 
     def is_form(posed: LinearProblem, one: PooledEffect, *accepted: PooledEffect) -> bool:
-        return is_form_of(accepted, one, [(posed, ColouredBaseline.of(posed, []))] * 2)
+        return is_form_of(accepted, one, [ColouredBaseline.of(posed, [])] * 2)
 
     warm = effect_in(here, WARM)
     assert is_form(here, effect_in(here, DRIFT, WARM), warm)

@@ -50,7 +50,7 @@ def lot(
                 null_gain=0.0,
                 held_out_gain=own[i] if own else whole.gain(whole.c),
                 strength=strength + i,
-                problem=SimpleNamespace(policy=STANDARD),
+                baseline=SimpleNamespace(rows=SimpleNamespace(policy=STANDARD)),
             )
     candidate: Any = SimpleNamespace(name="motor_current", within_bounds=lambda c: bool(c[0] <= largest))
     return PooledEffect(candidate, here, price)
