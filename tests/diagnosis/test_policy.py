@@ -26,7 +26,7 @@ GUARDS = {
     "vector.py": {"FIELD_ERROR", "DELAY_S", "STEPS"},
     "second_passes.py": {"FARTHEST", "SETTLED_S"},
     "projections.py": {"GONE"},
-    "hypothesis.py": {"SAME_NATS", "FAR_NATS"},
+    "hypothesis.py": {"SAME_NATS", "FAR_NATS", "TOGETHER"},
     "windowed_candidates.py": {"NOTHING"},
     "strength.py": {
         "TURN_STEP_S",
@@ -40,7 +40,7 @@ GUARDS = {
         "LEAST_NOISE",
     },
     "linear.py": {"STEPS", "SETTLED"},
-    "coefficients.py": {"OPEN"},
+    "coefficients.py": {"OPEN", "NOT_COMPARED"},
     "common_effects.py": {"STEP"},
     "candidates.py": {"HEADROOM"},
     "parameter_search.py": {"PIECE", "OWN_NOISE", "LEAST_SHARE"},

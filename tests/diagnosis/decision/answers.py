@@ -52,4 +52,4 @@ def either(named: NamedEffect, *others: str) -> NamedEffect:
 def diagnosis_of(verdict: Verdict = Verdict.NAMED, *named: NamedEffect, **changes: Any) -> Diagnosis:
     model: Any = SimpleNamespace(chain=lambda: POSED.effects)
     explained = (POSED, named, False, GAP, (), LEFT_NT, LEFT_NT, TESTS, None)
-    return replace(Diagnosis(*explained, verdict, (), (), (), (), TESTS, model), **changes)
+    return replace(Diagnosis(*explained, verdict, (), (), (), TESTS, model), **changes)
