@@ -35,6 +35,7 @@ def complete_forms(selection: Selection) -> Selection:
         while not clean and (fuller := _best_form(others, out[i].evidence)) is not None:
             out[i] = out[i].refitted(fuller)
             clean = selection.is_clean(others.with_columns(out[i].columns(start.problem)))
+        del others  # its columns are large for a long recording
     for effects in (_drop_unsupported_forms(out, start), out) if clean else (out,):
         done = replace(selection, accepted=tuple(effects)).beside(baseline_with(effects, start))
         if done.after.clean:
@@ -56,6 +57,7 @@ def _drop_unsupported_forms(accepted: Sequence[AcceptedEffect], start: Baseline)
             whole, plainer = (judge_settings(others, [one]) for one in (candidate, _without_form(candidate, form)))
             if plainer is not None and (whole is None or _form_nats(whole, plainer) <= needed):
                 out[i] = out[i].refitted(plainer)
+        del others
     return list({_key(effect.evidence.candidate): effect for effect in reversed(out)}.values())[::-1]
 
 
@@ -204,13 +206,14 @@ def _motor_evidence(others: Baseline, settings: Sequence[Candidate], common: Evi
     alone = others.held_out_gain(others.sums_with(common.candidate.columns(problem)))
 
     def explain_more(columns: Sequence[Array]) -> bool:
-        joint = others.sums_with(np.concatenate(columns, axis=2))
+        joint = others.with_all(columns).sums
         V = inflation(joint, fit(joint, others.all_folds), policy)
         return (others.held_out_gain(joint) - alone) / V > policy.accepted(len(EFFECTS))
 
-    columns, known = [motor.columns(problem) for motor in settings], list[Evidence]()
+    columns, known, kept = [motor.columns(problem) for motor in settings], list[Evidence](), list[Array]()
     for setting, own in zip(settings, columns if explain_more(columns) else (), strict=False):
         motor = judge_settings(others.with_all(other for other in columns if other is not own), [setting])
-        known += [motor] if motor is not None and motor.nats > policy.apart else []
-    supported = known and explain_more([motor.candidate.columns(problem) for motor in known])
-    return sorted(known, key=lambda motor: -motor.strength) if supported else []
+        if motor is not None and motor.nats > policy.apart:
+            known.append(motor)
+            kept.append(own)
+    return sorted(known, key=lambda motor: -motor.strength) if known and explain_more(kept) else []

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property, reduce
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,8 +64,10 @@ class Baseline:
         return np.asarray(residual * self.problem.usable[:, None])
 
     def with_columns(self, columns: Array) -> Baseline:
-        """The baseline with further columns (n, q, k) accepted."""
-        return replace(self, accepted_columns=(*self.accepted_columns, columns), sums=self.sums_with(columns))
+        """The baseline with further columns (n, q, k) accepted; kept, and summed, as rounded to half of the memory."""
+        rounded: Any = columns.astype(np.float32)
+        sums = self.sums_with(rounded.astype(np.float64))
+        return replace(self, accepted_columns=(*self.accepted_columns, rounded), sums=sums)
 
     def with_all(self, several: Iterable[Array]) -> Baseline:
         """The baseline with the columns (n, q, k) of several effects accepted, in their order."""

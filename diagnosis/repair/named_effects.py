@@ -38,14 +38,16 @@ def explain(problem: LinearProblem, conclusion: Conclusion, direct: Sequence[Dir
     For the gap, parameters and iron are fitted to the training data of the first split. Without effects and with a
     clean residual there is no gap: excess over the noise is chance.
     """
-    effects = _refined_effects(problem, conclusion)
-    named = [*effects, *named_values(conclusion, direct, effects)]
-    selection = conclusion.selection
-    held_out = selection.end.held_out_samples()
+    selection, noise = conclusion.selection, conclusion.coloured_noise
+    end, every, refit = selection.end, np.ones(len(problem.recording), bool), not problem.iron_known
+    V = inflation(end.sums, fit(end.sums, end.all_folds), problem.policy) if noise is None else 1.0
+    refined, spread = refine(problem, _fitted_effects(conclusion), every, V, refit_iron=refit, noise=noise)
+    effects = _named_effects(problem, conclusion, refined, spread)
+    named, held_out = [*effects, *named_values(conclusion, direct, effects)], end.held_out_samples()
     if problem.mode == "vector":
         train = ~held_out & (problem.usable > 0)
-        trained, _ = refine(problem, _fitted_effects(conclusion), train, noise=conclusion.coloured_noise)
-        before, after = (chain_residual(problem, effects, train) for effects in (problem.left_out, trained))
+        trained, _ = refine(problem, refined, train, noise=noise)
+        before, after = (chain_residual(problem, new, train) for new in (problem.left_out, trained))
     else:
         before = selection.start.residual()
         after = selection.end.residual() if conclusion.accepted else before
@@ -59,12 +61,10 @@ def _fitted_effects(conclusion: Conclusion) -> list[Effect]:
     return [effect.evidence.candidate.to_effect(effect.evidence.coefficients) for effect in effects]
 
 
-def _refined_effects(problem: LinearProblem, conclusion: Conclusion) -> list[NamedEffect]:
-    """Accepted effects and changes of the iron, refined; forms and iron restating a reference belong to their cause."""
-    end, noise = conclusion.selection.end, conclusion.coloured_noise
-    V = inflation(end.sums, fit(end.sums, end.all_folds), problem.policy) if noise is None else 1.0
-    every, refit = np.ones(len(problem.recording), bool), not problem.iron_known
-    effects, spread = refine(problem, _fitted_effects(conclusion), every, V, refit_iron=refit, noise=noise)
+def _named_effects(
+    problem: LinearProblem, conclusion: Conclusion, effects: Sequence[Effect], spread: Sequence[dict[str, Array]]
+) -> list[NamedEffect]:
+    """Accepted effects and changes of the iron, as refined; forms and iron restating a reference belong to their cause."""
     accepted = [(effect, EvidenceKind.HELD_OUT) for effect in conclusion.accepted]
     accepted += [(effect, EvidenceKind.IRON) for effect in conclusion.iron]
     causes, conventional = _by_cause(accepted, effects, spread), effects[len(accepted) :]

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.numerics.squares import SAME, Squares
+from calib.numerics.squares import DIFFERENCE, SAME, Squares
 from diagnosis.evidence.noise_model import NoiseModel
 from diagnosis.evidence.projections import project_out
 from diagnosis.policy import Policy
@@ -46,27 +46,17 @@ def _with_iron(problem: LinearProblem) -> tuple[Effect, ...]:
     return problem.effects if problem.iron_known else insert_effects(problem.effects, problem.fitted_iron)
 
 
-def chain_residual(
-    problem: LinearProblem,
-    new: Sequence[Effect],
-    train: NDArray[np.bool_] | None = None,
-    noise: NoiseModel | None = None,
-) -> Array:
+def chain_residual(problem: LinearProblem, new: Sequence[Effect], train: NDArray[np.bool_] | None = None) -> Array:
     """Measured minus predicted (n, 3) with new effects, in units of the noise.
 
-    train : samples (n,) on which iron is refitted next to the new effects; None: the iron stays as it is. noise : of a
-    coloured residual, under which iron is refitted and the residual whitened; the residual is then 0 outside `train`.
+    train : samples (n,) on which iron is refitted next to the new effects; None: the iron stays as it is.
     """
     off = (problem.recording.mag_nT - predict(problem, new)) / problem.sigma_nT
-    used = problem.usable if train is None else train * problem.usable
-    base = off[:, :0] if train is None else _base(problem, new)
-    if noise is None:
-        weighted = (base * used[:, None]).T
-        fitted = base @ np.linalg.lstsq(weighted @ base, weighted @ off, rcond=1e-13)[0]
-        return np.asarray((off - fitted) * problem.usable[:, None])
-    each = np.concatenate([off[:, :, None], np.repeat(base[:, None], 3, axis=1)], axis=2) * used[:, None, None]
-    white = noise.whitened(problem.state.time_s, used, each)[0]
-    return project_out(white[:, :, 1:], white[:, :, :1], common=False)[0][:, :, 0]
+    if train is not None:
+        base = _base(problem, new)
+        weighted = (base * (train * problem.usable)[:, None]).T
+        off -= base @ np.linalg.lstsq(weighted @ base, weighted @ off, rcond=1e-13)[0]
+    return np.asarray(off * problem.usable[:, None])
 
 
 def _base(problem: LinearProblem, new: Sequence[Effect]) -> Array:
@@ -101,20 +91,47 @@ def refine(
     if problem.mode != "vector" or not len(start):
         return tuple(new), tuple({} for _ in new)
 
-    def residual(x: Array) -> Array:
-        try:
-            effects = numbers.at(start + x * scale)
-        except InputError:  # each number is within its bounds, but not all together
-            return np.full(problem.target[use].size, IMPOSSIBLE)
-        return chain_residual(problem, effects, use if refit_iron else None, noise)[use].ravel()
-
-    squares = Squares(residual)
+    squares = Squares(_Residual(problem, numbers, use, noise, refit_iron))
     best = squares.least(np.zeros(len(start)), min(ROUNDS, 1 + CHAINS // len(start)))
     variances, onto_determined = determined(squares.gram(best), problem.policy)
     x = onto_determined @ best
     as_good = squares.half(x) <= squares.half(best) * (1 + SAME)
     std = np.sqrt(variances * inflation) * scale
     return numbers.at(start + (x if as_good else best) * scale), numbers.spread(std)
+
+
+@dataclass
+class _Residual:
+    """Residual of numbers of new effects on the samples `use` (n,), in units of the noise and without its colour.
+
+    Beside refitted iron: its base, whitened, is kept for all slopes at one point.
+    """
+
+    problem: LinearProblem
+    numbers: FreeParameters
+    use: NDArray[np.bool_]
+    noise: NoiseModel | None
+    refit_iron: bool
+    _base: tuple[Array, Array] | None = None
+
+    def __call__(self, x: Array) -> Array:
+        """Residual at changes x (k,) of the numbers, over their scales."""
+        problem = self.problem
+        try:
+            effects = self.numbers.at(self.numbers.values + x * self.numbers.scale)
+        except InputError:  # each number is within its bounds, but not all together
+            return np.full(problem.target[self.use].size, IMPOSSIBLE)
+        off = self._whitened(((problem.recording.mag_nT - predict(problem, effects)) / problem.sigma_nT)[:, :, None])
+        if self.refit_iron:
+            if self._base is None or np.abs(x - self._base[0]).max() > 2 * DIFFERENCE:
+                self._base = x.copy(), self._whitened(np.repeat(_base(problem, effects)[:, None], 3, axis=1))
+            off, _ = project_out(self._base[1], off, common=False)
+        return off[self.use].ravel()
+
+    def _whitened(self, columns: Array) -> Array:
+        used = self.use * self.problem.usable
+        columns = columns * used[:, None, None]
+        return columns if self.noise is None else self.noise.whitened(self.problem.state.time_s, used, columns)[0]
 
 
 def determined(gram: Array, policy: Policy) -> tuple[Array, Array]:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from scenarios.arrays import Array
 from sim.effects.base import Effect
@@ -28,30 +30,35 @@ class FreeParameters:
 
     effects: tuple[Effect, ...]
 
-    @property
+    @cached_property
     def values(self) -> Array:
         """The free numbers (k,)."""
         return np.concatenate([np.zeros(0), *(part for effect in self.effects for part in _parts(effect))])
 
-    @property
+    @cached_property
     def scale(self) -> Array:
         """Size (k,) of a relevant change of each number."""
         parts = [part for effect in self.effects for part in _parts(effect) if len(part)]
         sizes = [np.full(len(part), max(float(np.abs(part).max()) * FIRST_STEP, LEAST_STEP)) for part in parts]
         return np.asarray(np.maximum(np.abs(self.values), np.concatenate([np.zeros(0), *sizes])))
 
+    @cached_property
+    def _cuts(self) -> NDArray[np.intp]:
+        """Index at which the numbers of each effect but the first begin."""
+        return np.cumsum([sum(map(len, _parts(effect))) for effect in self.effects])[:-1]
+
     def at(self, x: Array) -> tuple[Effect, ...]:
         """The effects with new numbers (k,), clipped to the bounds.
 
         Raises InputError where the numbers of an effect contradict each other.
         """
-        cut = np.cumsum([sum(map(len, _parts(effect))) for effect in self.effects])[:-1]
-        return tuple(_with(effect, part) for effect, part in zip(self.effects, np.split(x, cut), strict=True))
+        return tuple(_with(effect, part) for effect, part in zip(self.effects, np.split(x, self._cuts), strict=True))
 
     def spread(self, std: Array) -> tuple[dict[str, Array], ...]:
         """Standard deviations (k,) of the numbers by parameter and component, for each effect."""
-        cut = np.cumsum([sum(map(len, _parts(effect))) for effect in self.effects])[:-1]
-        return tuple(_spread(effect, part) for effect, part in zip(self.effects, np.split(std, cut), strict=True))
+        return tuple(
+            _spread(effect, part) for effect, part in zip(self.effects, np.split(std, self._cuts), strict=True)
+        )
 
 
 def _others(effect: Effect) -> tuple[str, ...]:
