@@ -128,6 +128,8 @@ def remaining(rows: BinnedRows, accepted_columns: Array, columns: Array, noise_m
     z, _ = noise_model.whitened(rows.row_start_s, rows.count, stacked)
     p, k = rows.base.shape[2], accepted_columns.shape[2]
     free, _ = project_out(z[:, :, :p], z[:, :, p:], common=rows.common)
+    if not k:
+        return free
     return without_rounding(project_out(free[:, :, :k], free[:, :, k:])[0], free[:, :, k:])
 
 

@@ -77,7 +77,7 @@ def _white_variance(residual: Array, usable: Array, fitted: int, memory: int) ->
     variance = (residual**2).sum(axis=0) / max(usable.sum() - fitted / residual.shape[1], 1)
     if memory > 1:
         cut = Cut(memory, len(residual) // memory)
-        variance = variance * (cut.blocks(residual).sum(axis=1) ** 2).mean() / memory / variance.mean()
+        variance = variance * (cut.totals(residual) ** 2).mean() / memory / variance.mean()
     return np.asarray(variance)
 
 

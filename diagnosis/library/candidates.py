@@ -246,8 +246,8 @@ def _is_proposed(effect: type[Effect], problem: LinearProblem) -> bool:
     columns = effect.linear or effect.search or effect.tangents
     if elsewhere or not columns or problem.missing_inputs(effect):
         return False
-    path_m = np.ptp(problem.state.pos_enu_m, axis=0).max()
-    return "position" not in effect.needs or bool(path_m >= problem.policy.least_path_m)
+    still = "position" in effect.needs and np.ptp(problem.state.pos_enu_m, axis=0).max() < problem.policy.least_path_m
+    return not still
 
 
 def _above_noise(effect: type[Effect], name: str, problem: LinearProblem) -> tuple[Any, ...]:

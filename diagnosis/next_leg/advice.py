@@ -108,7 +108,7 @@ def leg_tables(diagnosis: Diagnosis) -> list[LegTable]:
 def inflation_of(problem: LinearProblem, residual: Array) -> float:
     """Inflation of nats by the colour of a residual (n, q), at least 1."""
     cut = Cut.of(len(residual), problem.state.interval_s, problem.policy)
-    return max(1.0, colour(cut.blocks(residual).sum(axis=1), np.full(cut.m, cut.length), problem.policy))
+    return max(1.0, colour(cut.totals(residual), np.full(cut.m, cut.length), problem.policy))
 
 
 def _words(flight: Flight, cause: NamedEffect) -> str:

@@ -42,9 +42,13 @@ class Cut:
         """Values (n, ...) as blocks (m, length, ...)."""
         return values[: self.m * self.length].reshape(self.m, self.length, *values.shape[1:])
 
+    def totals(self, values: Array) -> Array:
+        """Sums (m, ...) of values (n, ...) over each block."""
+        return np.asarray(np.einsum("ml...->m...", self.blocks(values)))
+
     def means(self, values: Array) -> Array:
         """Block means (m, ...) of values (n, ...)."""
-        return np.asarray(self.blocks(values).mean(axis=1))
+        return self.totals(values) / self.length
 
     def products(self, left: Array, right: Array) -> Array:
         """``sum left^T right`` (folds, a, b) over the rows of each fold, of left (n, r, a) and right (n, r, b)."""
@@ -109,9 +113,9 @@ def sums(cut: Cut, base: Array, target: Array, usable: Array) -> Sums:
         BB=cut.products(rows, rows),
         BC=np.zeros((f, rows.shape[2], q if base.ndim == 2 else 1, 0)),
         CC=np.zeros((f, 0, 0)),
-        B1=cut.blocks(base).sum(axis=1),
+        B1=cut.totals(base),
         C1=np.zeros((cut.m, q, 0)),
-        count=cut.blocks(usable).sum(axis=1),
+        count=cut.totals(usable),
     )
     return extend_sums(bare, cut, base, (), target[:, :, None])
 
@@ -127,7 +131,7 @@ def extend_sums(s: Sums, cut: Cut, base: Array, known: Sequence[Array], columns:
         s,
         BC=np.concatenate([s.BC, taken], axis=3),
         CC=np.concatenate([upper, lower], axis=1),
-        C1=np.concatenate([s.C1, cut.blocks(columns).sum(axis=1)], axis=2),
+        C1=np.concatenate([s.C1, cut.totals(columns)], axis=2),
     )
 
 
