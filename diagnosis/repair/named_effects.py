@@ -67,7 +67,7 @@ def _fitted_effects(conclusion: Conclusion) -> list[Effect]:
 def _named_effects(
     problem: LinearProblem, conclusion: Conclusion, effects: Sequence[Effect], spread: Sequence[dict[str, Array]]
 ) -> list[NamedEffect]:
-    """Accepted effects and changes of the iron, as refined; forms and iron restating a reference belong to their cause."""
+    """Accepted effects and changes of the iron, as refined; their forms, and iron restating a reference, are no causes."""
     accepted = [(effect, EvidenceKind.HELD_OUT) for effect in conclusion.accepted]
     accepted += [(effect, EvidenceKind.IRON) for effect in conclusion.iron]
     causes, conventional = _by_cause(accepted, effects, spread), effects[len(accepted) :]
