@@ -41,15 +41,13 @@ def explain(problem: LinearProblem, conclusion: Conclusion, direct: Sequence[Dir
     For the gap, parameters and iron are fitted to the training data of the first split. Without effects and with a
     clean residual there is no gap: excess over the noise is chance.
     """
-    selection, noise = conclusion.selection, conclusion.coloured_noise
-    end, every, refit = selection.end, np.ones(len(problem.recording), bool), not problem.iron_known
-    V = inflation(end.sums, fit(end.sums, end.all_folds), problem.policy) if noise is None else 1.0
-    refined, spread = refine(problem, _fitted_effects(conclusion), every, V, refit_iron=refit, noise=noise)
+    selection = conclusion.selection
+    refined, spread = _refined(problem, conclusion)
     effects = _named_effects(problem, conclusion, refined, spread)
-    named, held_out = [*effects, *named_values(conclusion, direct, effects)], end.held_out_samples()
+    named, held_out = [*effects, *named_values(conclusion, direct, effects)], selection.end.held_out_samples()
     if problem.mode == "vector":
         train = ~held_out & (problem.usable > 0)
-        trained, _ = refine(problem, refined, train, noise=noise, rounds=GAP_ROUNDS)
+        trained, _ = refine(problem, refined, train, noise=conclusion.coloured_noise, rounds=GAP_ROUNDS)
         before, after = (chain_residual(problem, new, train) for new in (problem.left_out, trained))
     else:
         before = selection.start.residual()
@@ -59,15 +57,20 @@ def explain(problem: LinearProblem, conclusion: Conclusion, direct: Sequence[Dir
     return found if some else replace(found, gap=replace(found.gap, explained=None))
 
 
-def _fitted_effects(conclusion: Conclusion) -> list[Effect]:
-    effects = (*conclusion.accepted, *conclusion.iron, *conclusion.conventional)
-    return [effect.evidence.candidate.to_effect(effect.evidence.coefficients) for effect in effects]
+def _refined(problem: LinearProblem, conclusion: Conclusion) -> tuple[Sequence[Effect], Sequence[dict[str, Array]]]:
+    """Accepted effects, changes of the iron and conventions, refined, with their standard deviations."""
+    end, noise = conclusion.selection.end, conclusion.coloured_noise
+    found = (one.evidence for one in (*conclusion.accepted, *conclusion.iron, *conclusion.conventional))
+    effects = [evidence.candidate.to_effect(evidence.coefficients) for evidence in found]
+    V = inflation(end.sums, fit(end.sums, end.all_folds), problem.policy) if noise is None else 1.0
+    every = np.ones(len(problem.recording), bool)
+    return refine(problem, effects, every, V, refit_iron=not problem.iron_known, noise=noise)
 
 
 def _named_effects(
     problem: LinearProblem, conclusion: Conclusion, effects: Sequence[Effect], spread: Sequence[dict[str, Array]]
 ) -> list[NamedEffect]:
-    """Accepted effects and changes of the iron, as refined; their forms, and iron restating a reference, are no causes."""
+    """Accepted effects and changes of the iron, as refined; forms, and iron restating a reference, are no causes."""
     accepted = [(effect, EvidenceKind.HELD_OUT) for effect in conclusion.accepted]
     accepted += [(effect, EvidenceKind.IRON) for effect in conclusion.iron]
     causes, conventional = _by_cause(accepted, effects, spread), effects[len(accepted) :]
