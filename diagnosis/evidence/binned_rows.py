@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from diagnosis.policy import Policy
 from scenarios.arrays import Array
+from sim.effects.kernels import kernel
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,8 +48,9 @@ class BinnedRows:
 
     def bin(self, values: Array) -> Array:
         """Row sums (n, ...) of values (N, ...) over the root of the number of usable samples."""
-        root = np.sqrt(np.maximum(self.count, 1.0))
-        return np.asarray(np.add.reduceat(values, self.starts, axis=0) / root.reshape(-1, *[1] * (values.ndim - 1)))
+        total = _sums(values.reshape(len(values), math.prod(values.shape[1:])), self.starts)
+        root = np.sqrt(np.maximum(self.count, 1.0))[:, None]
+        return np.asarray((total / root).reshape(len(total), *values.shape[1:]))
 
     def bin_groups(self, several: Sequence[Array]) -> Array:
         """Rows (n, q, .) of several groups of columns (N, q, k), side by side."""
@@ -108,3 +111,14 @@ class BinnedRows:
                 break
             rows = replace(self, fold_s=rows.segment_s / 2)
         return rows
+
+
+@kernel
+def _sums(values: Array, starts: NDArray[np.int64]) -> Array:
+    """Sums (n, k) of values (N, k) from each start to the next."""
+    out = np.zeros((len(starts), values.shape[1]))
+    for row in range(len(starts)):
+        for i in range(starts[row], starts[row + 1] if row + 1 < len(starts) else len(values)):
+            for j in range(values.shape[1]):
+                out[row, j] += values[i, j]
+    return out
