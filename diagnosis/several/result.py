@@ -143,9 +143,7 @@ class PooledDiagnosis:
         among = {"evidence": Transfer.SINGLE_RUN, "among_sensors": self.scope.labels[effect.transfer]}
         return effect.named.as_dict() | {
             **({} if self.scope is RECORDINGS else among),
-            "agreement": {"chi2": None, "degrees": 0, "p": None}
-            if test is None
-            else {"chi2": test.chi2, "degrees": test.degrees, "p": test.p},
+            "agreement": {"chi2": test and test.chi2, "degrees": test.degrees if test else 0, "p": test and test.p},
             self.scope.key: [
                 {
                     "name": name,
@@ -158,17 +156,12 @@ class PooledDiagnosis:
         }
 
     def _recording_json(self, i: int) -> dict[str, Any]:
-        own = self.each[i].as_dict()
-        coefficients = {
-            effect.name: parameters(in_recording)
-            for effect in (*self.common, *self.single)
-            if (in_recording := effect.each[i]) is not None
-        }
+        told, effects = self.each[i].as_dict(), (*self.common, *self.single)
         return {
             "name": self.names[i],
-            **{key: own[key] for key in ("verdict", "sentence", "gap", "effects")},
+            **{key: told[key] for key in ("verdict", "sentence", "gap", "effects")},
             "gap_together": self.gaps[i].gap.as_dict(),
-            "coefficients": coefficients,
+            "coefficients": {one.name: parameters(own) for one in effects if (own := one.each[i]) is not None},
         }
 
 
