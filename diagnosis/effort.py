@@ -85,9 +85,9 @@ class Effort:
     bands: int = number(40, "bands of the spectrum, evenly spaced in log frequency")
     first_line: int = number(2, "first line of the spectrum that counts: below it the mean leaks in", run=TUNED)
     slow_mean_s: float = number(5.0, "length of means in which slow errors exceed the noise of a sample")
-    step_s: float = number(5.0, "length of the blocks for steps of a slow course")
-    least_steps: int = number(40, "least number of such steps, of shorter blocks if need be")
-    most_steps: int = number(400, "largest number of such steps: the exact likelihood is cubic in the number")
+    step_s: float = number(5.0, "length of the means of innovations that are tested for jumps and courses")
+    least_steps: int = number(40, "least number of such means, shorter if need be")
+    most_steps: int = number(400, "largest number of such means, longer if need be: of more one is far by chance")
     swing_lags: int = number(8, "lags at which the innovations' correlation is tested")
     listed_noises: int = number(3, "number of effects listed as alternatives of a slow disturbance")
 

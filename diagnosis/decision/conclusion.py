@@ -85,7 +85,7 @@ def slow_noise(selection: Selection) -> SlowNoise | None:
         return None
     noise = find_slow_noise(problem, selection.end.residual())
     form = noise and accepted and (not noise.identified or is_form_error(selection, accepted[0]))
-    return noise if noise and noise.fits and not form else None
+    return None if form else noise
 
 
 def is_form_error(selection: Selection, first: AcceptedEffect) -> bool:

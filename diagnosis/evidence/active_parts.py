@@ -36,9 +36,8 @@ class ActivePart:
 
     @classmethod
     def of(cls, problem: LinearProblem, from_s: float, to_s: float, residual: Array | None = None) -> ActivePart:
-        """The interval with the phases that cover `phase_share` of it, and the size of a residual (n, q) there, if any.
-
-        Compass heading of the mean x axis: None without attitude or while the vehicle turns.
+        """The interval with the phases that cover `phase_share` of it, compass heading of the mean x axis, and the size
+        of a residual (n, q), if any.
         """
         time_s, phase = problem.state.time_s, problem.recording.phase
         inside = (time_s >= from_s) & (time_s < to_s)

@@ -61,10 +61,7 @@ def parts_of_residual(problem: LinearProblem, residual: Array) -> tuple[Array, A
 
 
 def along_field(problem: LinearProblem, residual: Array) -> tuple[Array, Array]:
-    """Residual (n, q) along the field over its noise (n,), and the columns (n, 9) of a fit of the strength there.
-
-    A matrix that was fitted to a turn of the field leaves residuals along these columns.
-    """
+    """Residual (n, q) along the field over its noise (n,), and columns (n, 9) that a matrix fitted to a turn leaves."""
     if problem.output_axes is not None:
         noise_nT = np.full(len(residual), problem.sigma_nT[0])
     else:
@@ -74,25 +71,17 @@ def along_field(problem: LinearProblem, residual: Array) -> tuple[Array, Array]:
 
 
 def is_attitude_error(problem: LinearProblem, residual: Array, mean_s: float | None = None) -> bool:
-    """Whether means of a residual (n, q) have no part along the field, see `power_share_along_field`."""
-    least = problem.policy.least_along_field
-    return problem.compares_across and power_share_along_field(problem, residual, mean_s) < least
-
-
-def power_share_along_field(problem: LinearProblem, residual: Array, mean_s: float | None = None) -> float:
-    """Share of a residual's power along the field, in means over `mean_s`, by default the policy's `slow_mean_s`."""
+    """Whether a residual (n, q) has next to no power along the field, in means over `mean_s`, else `slow_mean_s`."""
     cut = _slow_means(problem, mean_s)
     along, across = (float((cut.means(part) ** 2).sum()) for part in parts_of_residual(problem, residual))
-    return along / max(along + across, 1e-300)
+    return problem.compares_across and along < problem.policy.least_along_field * (along + across)
 
 
 def within_stated_errors(problem: LinearProblem, residual: Array) -> bool:
     """Whether a residual (n, q), in units of the noise, is no larger than the slow errors stated by the model.
 
-    An attitude error turns the field and keeps the field's strength. The part along the field, with the nine columns of
-    a strength fit projected out, must be white noise plus the stated wander; the part across the field must, in means,
-    be no larger than the stated attitude error. Without a stated attitude error the first condition holds for every
-    axis.
+    The part along the field, which keeps its strength in any attitude, must be white noise plus the stated wander, and
+    the part across, in means, no larger than the stated attitude error; every axis as the former if none is stated.
     """
     if problem.attitude_std_rad == 0 or not problem.compares_across:
         return states_slow_noise(problem) and _is_white_and_wander(problem, residual)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from diagnosis.policy import Policy
 from scenarios.arrays import Array
 from sim.effects.kernels import kernel
+from validation.signals.bands import Bands
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,7 +22,7 @@ class BinnedRows:
 
     time_s (N,), usable (N,): of the samples. base (n, q, p), target (n, q): of the rows; `common`: the q outputs share
     the base's coefficients. output_axes (n, q, 3): directions of the outputs in the sensor frame over the noise of each
-    output, the first output having unit length. fold_s: length of a fold's segment, 0: as the policy says.
+    output, the first output having unit length. segment_s: length of a fold's segment.
     """
 
     time_s: Array
@@ -30,9 +31,9 @@ class BinnedRows:
     base: Array
     target: Array
     policy: Policy
+    segment_s: float
+    common: bool
     output_axes: Array | None = None
-    fold_s: float = 0.0
-    common: bool = False
 
     @classmethod
     def of(
@@ -40,7 +41,9 @@ class BinnedRows:
     ) -> BinnedRows:
         """Rows of samples: base (N, p), or (N, q, p) with shared coefficients; target (N, q), 0 where not usable."""
         starts = np.arange(0, len(time_s), -(-len(time_s) // policy.most_rows))
-        rows = cls(time_s, usable, starts, base, target, policy, common=base.ndim == 3)
+        passed_s = float(time_s[starts[-1]] - time_s[0])
+        segment_s = min(max(policy.fold_s, policy.fold_share * passed_s), passed_s / (2 * policy.folds))
+        rows = cls(time_s, usable, starts, base, target, policy, segment_s, base.ndim == 3)
         each = base if rows.common else np.repeat(base[:, None], target.shape[1], axis=1)
         if output_axes is not None:
             output_axes = np.add.reduceat(output_axes, starts) / np.diff(starts, append=len(time_s))[:, None, None]
@@ -56,6 +59,10 @@ class BinnedRows:
         """Rows (n, q, .) of several groups of columns (N, q, k), side by side."""
         none = np.zeros((len(self.starts), self.target.shape[1], 0))
         return np.concatenate([none, *map(self.bin, several)], axis=2)
+
+    def bands(self, residual: Array) -> Bands:
+        """Spectrum of a residual (n, q) from the first line on, where a random walk over the whole run is largest."""
+        return Bands.of(residual, self.interval_s, 1, self.policy.bands)
 
     def in_common(self) -> BinnedRows:
         """The rows with the base of all outputs in one of shared coefficients, (n, q, q p)."""
@@ -78,13 +85,6 @@ class BinnedRows:
     def interval_s(self) -> float:
         """Median time between two rows."""
         return float(np.median(np.diff(self.row_start_s)))
-
-    @property
-    def segment_s(self) -> float:
-        """Length of a fold's segment in s."""
-        passed_s = float(self.row_start_s[-1] - self.row_start_s[0])
-        longest_s = passed_s / (2 * self.policy.folds)
-        return self.fold_s or min(max(self.policy.fold_s, self.policy.fold_share * passed_s), longest_s)
 
     @cached_property
     def segment(self) -> NDArray[np.int64]:
@@ -109,7 +109,7 @@ class BinnedRows:
             e = np.stack([np.bincount(rows.segment, column) for column in power])
             if (e.sum(axis=1) ** 2 >= self.policy.folds * (e**2).sum(axis=1)).all():
                 break
-            rows = replace(self, fold_s=rows.segment_s / 2)
+            rows = replace(self, segment_s=rows.segment_s / 2)
         return rows
 
 

@@ -10,9 +10,16 @@ import numpy as np
 from diagnosis.evidence.baseline import Baseline, added_share
 from diagnosis.evidence.binned_rows import BinnedRows
 from diagnosis.evidence.held_out import TOO_LITTLE, Evidence, on_six_digits, search_price
-from diagnosis.evidence.hypothesis import Hypothesis, in_sample_gains, information_matrices, white_noise_model
+from diagnosis.evidence.hypothesis import (
+    Hypothesis,
+    explained_nats,
+    held_out_squares,
+    in_sample_gains,
+    information_matrices,
+    project_out,
+    white_noise_model,
+)
 from diagnosis.evidence.noise_model import NoiseModel
-from diagnosis.evidence.projections import explained_nats, held_out_squares, project_out
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem

@@ -73,8 +73,8 @@ def _rounded(problem: LinearProblem, lattices: Lattices) -> DirectFinding | None
     if len(steps) < len(lattices):
         return None
     policy, step = problem.policy, float(np.median(steps))
-    given = [0.0, *_stated(problem, "lattice")][-1]
-    if step < policy.trace * problem.sigma_nT.min() or abs(step - given) < policy.same_step * step:
+    stated = abs(step - _stated(problem, "lattice")) < policy.same_step * step
+    if stated or step < policy.trace * problem.sigma_nT.min():
         return None
     return _finding("lattice", np.zeros(len(problem.recording)), step)
 
@@ -82,20 +82,15 @@ def _rounded(problem: LinearProblem, lattices: Lattices) -> DirectFinding | None
 def _clipped(problem: LinearProblem, lattices: Lattices) -> DirectFinding | None:
     """Values that pile up at a full scale."""
     mag_nT = problem.recording.mag_nT
-    piles = pile_up(mag_nT, lattices)
-    if not piles:
+    if not (piles := pile_up(mag_nT, lattices)):
         return None
     level = float(np.median([abs(pile.level) for pile in piles]))
-    stated = abs(level - [0.0, *_stated(problem, "full_scale")][-1]) < problem.policy.same_full_scale * level
+    stated = abs(level - _stated(problem, "full_scale")) < problem.policy.same_full_scale * level
     return _finding("full_scale", (np.abs(mag_nT) >= level * (1 - 1e-9)).any(axis=1), level, stated=stated)
 
 
 def _held(problem: LinearProblem) -> DirectFinding | None:
-    """Repeated rows, unless the model has dropouts.
-
-    Of all repeated rows the held ones alone where these come at random: rounding repeats rows too, and a slower
-    sensor's come evenly.
-    """
+    """Repeated rows, of all the held ones where these come at random: a slower sensor's come evenly."""
     found, samples, policy = repeats(problem.recording.mag_nT), repeated(problem.recording.mag_nT), problem.policy
     gaps = runs(held_rows(problem))
     lengths, intervals = np.diff(gaps, axis=1)[:, 0], np.diff(gaps[:, 0])
@@ -109,10 +104,9 @@ def _held(problem: LinearProblem) -> DirectFinding | None:
 
 
 def _dropout_law(lengths: NDArray[Any]) -> tuple[float, float]:
-    """Number of gaps and their mean length in sample intervals, from the repeated rows (m,) of each gap that is seen.
+    """Number and mean length of gaps in sample intervals, from the repeated rows (m,) of each gap that is seen.
 
-    A gap of exponential length d repeats k rows with a probability that falls by ``exp(-1 / d)`` a row, and none with
-    ``1 - d (1 - exp(-1 / d))``. Gaps of one length are counted as they are.
+    ``P(k rows) ~ exp(-k / d)``, and ``1 - d (1 - exp(-1 / d))`` of no row; gaps of one length are counted as they are.
     """
     mean = float(lengths.mean())
     if np.ptp(lengths) == 0:
@@ -124,9 +118,8 @@ def _dropout_law(lengths: NDArray[Any]) -> tuple[float, float]:
 def _wrong_values(problem: LinearProblem, lattices: Lattices) -> DirectFinding | None:
     """Isolated outliers and bursts, unless beside a repeated row, an invalid one, or a current's spike."""
     policy, mag_nT = problem.policy, problem.recording.mag_nT
-    switched = spikes(problem.state.current_A).any(axis=1)
-    doubtful = repeated(mag_nT) | (problem.usable == 0) | switched
-    valid = ~binary_dilation(doubtful, iterations=policy.spike_margin)
+    invalid = repeated(mag_nT) | (problem.usable == 0) | spikes(problem.state.current_A).any(axis=1)
+    valid = ~binary_dilation(invalid, iterations=policy.spike_margin)
     where: Mask = (_isolated(problem, lattices) | find_burst_peaks(problem)) & valid[:, None]
     samples: Mask = np.asarray(where.any(axis=1))
     if np.count_nonzero(where) < policy.least_spikes or _across_the_field(problem, samples):
@@ -141,10 +134,7 @@ def _wrong_values(problem: LinearProblem, lattices: Lattices) -> DirectFinding |
 
 
 def _far_runs(problem: LinearProblem, valid: Mask) -> tuple[Mask, Mask]:
-    """Masks of short runs far from the base, of samples (n,) among the valid (n,), and of their high peaks (n, q).
-
-    A body beside the path lasts longer.
-    """
+    """Valid samples (n,) in short runs far from the base, and high peaks (n, q) of the runs; a passed body lasts."""
     policy, size = problem.policy, np.abs(_quiet_deviation(problem))
     far, peaks = np.zeros(len(size), np.bool_), np.zeros(size.shape, np.bool_)
     for first, end in runs(np.asarray((size > policy.far_sigma).any(axis=1))):
@@ -157,10 +147,7 @@ def _far_runs(problem: LinearProblem, valid: Mask) -> tuple[Mask, Mask]:
 
 
 def _isolated(problem: LinearProblem, lattices: Lattices) -> Mask:
-    """Isolated outliers (n, 3), in the raw values and beside the base: a fast turn is no spike.
-
-    Where only the strength is known the strength must deviate; deviations across the field do not count.
-    """
+    """Isolated outliers (n, 3), in the raw values and beside the base: a fast turn is no spike."""
     steps = np.array([0.0 if lattice is None else lattice.step for lattice in lattices])
     gaps = pauses_after(problem.state.time_s, problem.policy)
     beside_base = spikes(problem.off_nT, None if problem.mode == "strength" else steps, gaps)
@@ -196,7 +183,7 @@ def find_burst_peaks(problem: LinearProblem) -> Mask:
 def _ends_sharply(off: Array, first: int, end: int, policy: Policy) -> bool:
     """Whether the samples beside a run of distances (n,) are near; those beside a crest are not."""
     beside = [*off[first - 1 : first], *off[end : end + 1]]
-    return max(beside, default=0.0) < max(policy.far_larger, policy.quarter * off[first:end].max())
+    return bool(max(beside, default=0.0) < max(policy.far_larger, policy.quarter * off[first:end].max()))
 
 
 def _quiet_deviation(problem: LinearProblem) -> Array:
@@ -214,7 +201,7 @@ def _far(seen: Array, policy: Policy) -> tuple[Mask, Array]:
 
 
 def _farthest(mag_nT: Array, first: int, end: int, at: int) -> int:
-    """Axis of values (n, 3) that is farthest, at sample `at`, from the line across samples `first` to `end`."""
+    """Axis of values (n, 3) that is farthest, at sample `at`, from the line between the samples beside a run."""
     ends = np.clip([first - 1, end], 0, len(mag_nT) - 1)
     line_nT = [np.interp(at, ends, axis[ends]) for axis in mag_nT.T]
     return int(np.argmax(np.abs(mag_nT[at] - line_nT)))
@@ -238,14 +225,12 @@ def _across_the_field(problem: LinearProblem, samples: Mask) -> bool:
 def _spike_law(size_nT: Array, duration_s: float, one_size: float) -> tuple[float, float]:
     """Rate in Hz and mean size in nT of spikes (m,) with exponential sizes, the small ones hidden in noise.
 
-    Sizes above the smallest detected have the same mean, and the true number is ``exp(least / mean)`` times the number
-    detected. Spikes of nearly equal size are counted as detected.
+    Sizes above the least seen have the same mean, and ``exp(least / mean)`` times as many are there; but not where
+    nearly all have one size.
     """
-    least = float(size_nT.min())
-    mean = float(size_nT.mean()) - least
-    if mean < one_size * size_nT.mean():
-        return len(size_nT) / duration_s, float(size_nT.mean())
-    return len(size_nT) / duration_s * float(np.exp(least / mean)), mean
+    least, whole, rate_hz = float(size_nT.min()), float(size_nT.mean()), len(size_nT) / duration_s
+    mean = whole - least
+    return (rate_hz, whole) if mean < one_size * whole else (rate_hz * float(np.exp(least / mean)), mean)
 
 
 def runs(samples: Mask) -> NDArray[np.intp]:
@@ -253,9 +238,9 @@ def runs(samples: Mask) -> NDArray[np.intp]:
     return np.flatnonzero(np.diff(samples, prepend=False, append=False)).reshape(-1, 2)
 
 
-def _stated(problem: LinearProblem, sign: Sign) -> list[Any]:
-    """First values of the model's own effects with a sign: sizes in nT, rates."""
-    return [effect.first_value for effect in problem.effects if effect.traits.sign == sign]
+def _stated(problem: LinearProblem, sign: Sign) -> float:
+    """First value, a size in nT or a rate, of the model's own effect with a sign; 0 without such an effect."""
+    return next((effect.first_value for effect in reversed(problem.effects) if effect.traits.sign == sign), 0.0)
 
 
 def _finding(sign: Sign, samples: ArrayLike, *values: Any, stated: bool = False) -> DirectFinding | None:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from diagnosis.evidence.baseline import Baseline
-from diagnosis.library.drivers import CHANNEL_LAGS, Driver, find_drivers, in_axes
+from diagnosis.library.drivers import CHANNEL_LAGS, Driver, find_drivers
 from diagnosis.policy import Policy
 from diagnosis.problem.blocks import Cut
 from diagnosis.problem.linear import LinearProblem
@@ -58,18 +58,15 @@ def channels(problem: LinearProblem) -> Iterator[tuple[str, Array]]:
     if recording.att_q is not None:
         R_wb = matrix_from_q(np.ascontiguousarray(recording.att_q))
         yield "heading", np.arctan2(R_wb[:, 1, 0], R_wb[:, 0, 0])
-        yield from _tilts(R_wb[:, 2])
-    if problem.level is not None:
-        yield from _tilts(-problem.level.down)
+        up = R_wb[:, 2]
+    else:
+        up = None if problem.level is None else -problem.level.down
+    if up is not None:
+        yield "pitch", np.arcsin(np.clip(-up[:, 0], -1, 1))
+        yield "roll", np.arctan2(up[:, 1], up[:, 2])
     if recording.pos_enu_m is not None:
         yield from zip(("pos_east_m", "pos_north_m", "pos_up_m"), recording.pos_enu_m.T, strict=True)
     yield from state.channels.items()
-
-
-def _tilts(up: Array) -> Iterator[tuple[str, Array]]:
-    """Pitch and roll from the up direction in the body frame (n, 3)."""
-    yield "pitch", np.arcsin(np.clip(-up[:, 0], -1, 1))
-    yield "roll", np.arctan2(up[:, 1], up[:, 2])
 
 
 def explained_share(channel: Array, residual: Array, policy: Policy) -> float:
@@ -113,8 +110,7 @@ def lagged_terms(problem: LinearProblem, driver: Driver) -> Iterator[Array]:
 
 def _times(base: Array, terms: Array) -> Array:
     """Columns (n, 3, 3 p j): the base (n, p) of each axis times terms (n, j)."""
-    both = (base[:, :, None] * terms[:, None, :]).reshape(len(base), -1)
-    return in_axes(np.broadcast_to(np.eye(3), (len(base), 3, 3)), both)
+    return np.asarray(np.einsum("np,nj,ab->napjb", base, terms, np.eye(3)).reshape(len(base), 3, -1))
 
 
 def courses_on_within(

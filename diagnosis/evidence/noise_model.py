@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -39,35 +38,24 @@ class NoiseModel:
     output_axes: Array | None = None
 
     @classmethod
-    def of(
-        cls,
-        residual: Array,
-        interval_s: float,
-        policy: Policy,
-        output_axes: Array | None = None,
-        *,
-        walking: bool = False,
-    ) -> NoiseModel:
-        """Fit the variances to a residual (n, q) by the banded Whittle likelihood.
+    def of(cls, bands: Bands, policy: Policy, output_axes: Array | None = None, *, walking: bool = False) -> NoiseModel:
+        """Fit the variances to the spectrum of a residual by the banded Whittle likelihood.
 
         ``min sum_b a_b (ln S_b + P_b / S_b)`` over bands b of a_b lines under a Hann window, S the sum of the
         processes' spectra; each update multiplies a variance by ``sum a P s / S^2 / sum a s / S``. walking : white
         noise and a random walk of the axes alone.
         """
-        shortest_s, longest_s = interval_s * policy.shortest_memory, interval_s * policy.longest_memory * len(residual)
-        tau_s = np.geomspace(shortest_s, longest_s, policy.memories)[-1 if walking else 0 :]
-        # a random walk over the whole run has most power in the first line, and would else be taken for a drift
-        bands = Bands.of(residual, interval_s, 1, policy.bands)
-        own, power = np.ones((1, len(bands.f))), bands.density / (2 * interval_s)
-        if not walking:
-            own = np.concatenate([own, ou_density(bands.f, tau_s, interval_s)])
-        total, turning = residual.var(axis=0), np.zeros(0)
-        if output_axes is None:
-            variance = _fitted(np.repeat(total[:, None] / len(own), len(own), axis=1), own, power, bands.lines)
-        else:
-            seen = [seen_density(axis, tau_s, interval_s, policy) for axis in output_axes.swapaxes(0, 1)]
-            variance, turning = _with_wander(own, total, seen, power, bands.lines)
-        white = np.maximum(variance[:, 0], LEAST_WHITE * np.maximum(total, LEAST_POWER))
+        interval_s, density = bands.interval_s, bands.density / (2 * bands.interval_s)
+        longest_s = policy.longest_memory * bands.samples * interval_s
+        tau_s = np.geomspace(policy.shortest_memory * interval_s, longest_s, policy.memories)[-1 if walking else 0 :]
+        own = np.concatenate([np.ones((1, len(bands.f))), ou_density(bands.f, tau_s, interval_s)])
+        own = own[:1] if walking else own
+        seen = np.zeros((0, 0)) if output_axes is None else seen_density(output_axes, tau_s, interval_s, policy)
+        total = np.maximum(np.average(density, axis=1, weights=bands.lines), LEAST_POWER)
+        variance = np.repeat(total[:, None] / (len(own) + len(seen)), len(own), axis=1)
+        turning = np.full(len(seen), variance.min())
+        _fit(variance, turning, own, seen, density, bands.lines)
+        white = np.maximum(variance[:, 0], LEAST_WHITE * total)
         return cls(tau_s, white, variance[:, 1:], turning, output_axes)
 
     def whitened(self, time_s: Array, usable: Array, columns: Array) -> tuple[Array, Array]:
@@ -104,18 +92,6 @@ class NoiseModel:
         return tau_s, variance, np.concatenate([own, np.tile(self.output_axes, turning.sum())], axis=2)
 
 
-def _with_wander(own: Array, total: Array, seen: Sequence[Array], power: Array, lines: Array) -> tuple[Array, Array]:
-    """Variances (q, p) of each output's own processes with spectra (p, m), and (J,) of a wander with q spectra (J, m).
-
-    One likelihood of all outputs of variance total (q,), with powers (q, m) in bands of lines (m,).
-    """
-    q, p, J = len(total), len(own), len(seen[0])
-    shapes = np.concatenate([np.kron(np.eye(q), own), np.concatenate(seen, axis=1)])
-    start = np.append(np.repeat(total / (p + J), p), np.full(J, total.min() / (p + J)))
-    variance = _fitted(start[None], shapes, power.reshape(1, -1), np.tile(lines, q))
-    return variance[0, : q * p].reshape(q, p), variance[0, q * p :]
-
-
 def ou_density(f: Array, tau_s: Array, interval_s: float) -> Array:
     """Spectra (J, m) at frequencies f (m,) of sampled processes of variance one; white noise has 1 everywhere.
 
@@ -126,38 +102,41 @@ def ou_density(f: Array, tau_s: Array, interval_s: float) -> Array:
 
 
 def seen_density(output_axes: Array, tau_s: Array, interval_s: float, policy: Policy) -> Array:
-    """Band means (J, m) of the spectrum of three independent unit processes projected on an axis u (n, 3).
+    """Band means (J, q m) of the spectra of three independent unit processes projected on each of q axes u (n, q, 3).
 
     ``sum_l a^|l| C_l cos(2 pi f l dt) / sum h^2``, C the autocorrelation of ``h u`` and h the Hann window: the
     expectation of the windowed spectrum.
     """
     n, window = len(output_axes), hann(len(output_axes))
-    C = np.fft.irfft((np.abs(np.fft.rfft(output_axes * window, 2 * n, axis=0)) ** 2).sum(axis=1), 2 * n)
+    C = np.fft.irfft(
+        (np.abs(np.fft.rfft(output_axes * window[:, None], 2 * n, axis=0)) ** 2).sum(axis=2), 2 * n, axis=0
+    )
     lag = np.minimum(np.arange(2 * n), 2 * n - np.arange(2 * n))
-    spectra = np.fft.rfft(np.exp(-lag * interval_s / tau_s[:, None]) * C)[:, ::2].real / (window**2).sum()
-    return np.stack([spectra[:, b].mean(axis=1) for b in even_bands(1, n // 2 + 1, policy.bands)], axis=1)
+    kept = np.exp(-lag * interval_s / tau_s[:, None])
+    spectra = np.fft.rfft(kept[:, None] * C.T)[:, :, ::2].real / (window**2).sum()
+    means = [spectra[:, :, b].mean(axis=2) for b in even_bands(1, n // 2 + 1, policy.bands)]
+    return np.stack(means, axis=2).reshape(len(tau_s), -1)
 
 
 @fast_kernel
-def _fitted(start: Array, shapes: Array, power: Array, lines: Array) -> Array:
-    """Variances (q, p) after all updates, of processes with spectra (p, m), for powers (q, m) of m bands of lines."""
-    variance = start.copy()
-    q, m = power.shape
-    p = len(shapes)
-    up, down = np.zeros(m), np.zeros(m)
-    for a in range(q):
-        for _ in range(ROUNDS):
+def _fit(variance: Array, turning: Array, own: Array, seen: Array, power: Array, lines: Array) -> None:
+    """Update variances (q, p) of each output's own processes, with spectra (p, m), and (J,) of a wander that all see.
+
+    seen (J, q m): spectra of the wander in the outputs, side by side; power (q, m) in bands of lines (m,).
+    """
+    (q, m), (p, J) = power.shape, (len(own), len(turning))
+    down, up = np.zeros((q, m)), np.zeros((q, m))
+    for _ in range(ROUNDS):
+        for a in range(q):
             for b in range(m):
-                S = 0.0
+                S = LEAST_POWER
                 for j in range(p):
-                    S += variance[a, j] * shapes[j, b]
-                S = max(S, LEAST_POWER)
-                down[b] = lines[b] / S
-                up[b] = down[b] * max(power[a, b], LEAST_POWER) / S
+                    S += variance[a, j] * own[j, b]
+                for j in range(J):
+                    S += turning[j] * seen[j, a * m + b]
+                down[a, b] = lines[b] / S
+                up[a, b] = down[a, b] * max(power[a, b], LEAST_POWER) / S
             for j in range(p):
-                more, less = 0.0, 0.0
-                for b in range(m):
-                    more += up[b] * shapes[j, b]
-                    less += down[b] * shapes[j, b]
-                variance[a, j] *= more / less
-    return variance
+                variance[a, j] *= np.dot(up[a], own[j]) / np.dot(down[a], own[j])
+        for j in range(J):
+            turning[j] *= np.dot(up.ravel(), seen[j]) / np.dot(down.ravel(), seen[j])

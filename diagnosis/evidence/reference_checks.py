@@ -17,8 +17,6 @@ from validation.signals.amplitude import column_rms, rms
 from validation.text import digits, figure
 
 OWN_HEADING = "The heading was computed from this very magnetometer"
-COMPASS = f"{OWN_HEADING}: only the field's strength and dip were compared."
-STEEP = f"{OWN_HEADING}: only the field's strength was compared."
 LEAST_SHOWN_NT = 0.01
 """Noise in nT below which a heading certainly comes from the magnetometer under test."""
 MISREAD = {
@@ -46,7 +44,8 @@ def correct_reference(problem: LinearProblem) -> LinearProblem:
             f"{noise_nT} nT of noise, elsewhere {other_nT} nT. The logged one repeats the magnetometer's errors, and "
             "was left out."
         )
-        correction = ReferenceCorrection(STEEP if level is None else COMPASS, figures, given)
+        words = f"{OWN_HEADING}: only the field's strength {'was' if level is None else 'and dip were'} compared."
+        correction = ReferenceCorrection(words, figures, given)
         problem = pose_again(problem, bare, level=level, corrections=(*problem.corrections, correction))
     return problem
 
@@ -65,11 +64,7 @@ def pose_without_dip(problem: LinearProblem, dip_nT: float) -> LinearProblem:
 
 
 def find_misread_field(problem: LinearProblem) -> ReferenceCorrection | None:
-    """The reading of the given field that lowers the gap most, if by a large factor; else None.
-
-    Gap: residual of ``R_wb^T F`` with a free matrix and offset, which cannot absorb a dip of the wrong sign in a motion
-    with tilt.
-    """
+    """The reading of the given field that leaves the least of the gap beside free iron, if by a large factor."""
     if problem.mode != "vector" or problem.relative:
         return None
     given, used = problem.state.field_enu_nT, problem.usable > 0
@@ -94,9 +89,8 @@ def find_own_compass(problem: LinearProblem) -> tuple[float, float] | None:
     """Evidence that navigation's heading was computed from the magnetometer under test; None without evidence.
 
     Noise of a sample in nT towards magnetic east, and in the quieter of the other directions: north, where tilt errors
-    act, and along the field, where a noisy sensor axis acts. An independent heading has noise of its own, which makes
-    east the noisier direction; a heading computed from the magnetometer has less there than the sensor itself, and a
-    smaller residual. Vector mode only, and only where the motion determines the heading's calibration.
+    act, and along the field, where a noisy sensor axis acts. An independent heading makes east the noisier direction;
+    towards east a heading computed from the magnetometer leaves less noise than the sensor has, and less residual.
     """
     F, used = problem.state.field_enu_nT, problem.usable > 0
     if problem.mode != "vector" or problem.relative or not F[:2].any():
@@ -117,9 +111,8 @@ def find_own_compass(problem: LinearProblem) -> tuple[float, float] | None:
 def _own_east_nT(k: Array, mag_nT: Array, strength_nT: float, calibration: Array, policy: Policy) -> Array | None:
     """``k . (D m - d)`` (n,) in nT for the D and d that make k . (D m - d) least, k (n, 3) towards magnetic east.
 
-    ``k . (D m - d) = 0`` is the definition of a tilt-compensated heading with any calibration: D and d are the least
-    right singular vector of the rows of k and m, D scaled to a calibration (3, 3). None where D is far worse
-    conditioned.
+    ``k . (D m - d) = 0`` defines a tilt-compensated heading with any calibration. D is scaled to a calibration (3, 3);
+    None where D is far worse conditioned.
     """
     m = mag_nT / strength_nT
     turned = (k[:, :, None] * (m - m.mean(axis=0))[:, None, :]).reshape(len(k), 9)

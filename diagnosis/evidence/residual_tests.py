@@ -29,12 +29,9 @@ MOST_TONES = 5
 
 @dataclass(frozen=True)
 class ResidualTests:
-    """Results of the tests: block-mean excess by length in s, tones, excess kurtosis; `why` lists the failures."""
+    """Results of the tests of a residual: `why` lists the failures."""
 
-    excess: dict[float, float]
-    tones_hz: tuple[float, ...]
-    kurtosis: float
-    why: tuple[str, ...]
+    why: tuple[str, ...] = ()
 
     @property
     def clean(self) -> bool:
@@ -47,29 +44,22 @@ def run_residual_tests(
 ) -> ResidualTests:
     """Test a residual (n, q) at times (n,) in units of the noise, after a fit of `fitted` parameters.
 
-    The fit may have absorbed fast or slow noise: the means are tested as if unaffected, which reduces false alarms.
     memory : number of samples over which a low-pass or an interpolation correlates the noise; 1: white. tails :
     whether heavy tails fail; they are the small wrong values where large ones were left out.
     """
-    variance = _white_variance(residual, usable, fitted, memory)
-    excess, why = {}, []
+    variance, why = _white_variance(residual, usable, fitted, memory), []
     for length_s in _mean_lengths_s(time_s, policy):
-        scaled = _scaled_means(residual, usable, (time_s - time_s[0]) // length_s, policy)
-        if scaled is None:
-            continue
-        scaled /= variance
-        excess[length_s] = float(scaled.mean())
-        if chi2.sf(scaled.sum(), scaled.size) < policy.test_alarm / len(policy.mean_lengths_s):
-            why.append(f"means over {figure(length_s)} s vary {excess[length_s]:.1f} times as much as white noise's")
+        W = _scaled_means(residual, usable, (time_s - time_s[0]) // length_s, policy) / variance
+        if chi2.sf(W.sum(), W.size) < policy.test_alarm / len(policy.mean_lengths_s):
+            why.append(f"means over {figure(length_s)} s vary {W.mean():.1f} times as much as white noise's")
     whole = _bridge_unused(time_s, residual, usable)
-    lines = tuple(tone.frequency_hz for tone in tones(time_s, whole, false_alarm=policy.spectrum_alarm)[:MOST_TONES])
-    if lines:
-        why.append("tones at " + ", ".join(f"{figure(f, 4)} Hz" for f in lines))
+    if lines := tones(time_s, whole, false_alarm=policy.spectrum_alarm)[:MOST_TONES]:
+        why.append("tones at " + ", ".join(f"{figure(line.frequency_hz, 4)} Hz" for line in lines))
     used = residual[usable > 0]
     kurtosis = float(((used**4).mean(axis=0) / (used**2).mean(axis=0) ** 2).mean()) - 3
     if tails and kurtosis > policy.never_sigma * np.sqrt(24 / residual.size) + policy.tail_excess:
         why.append(f"heavy tails: excess kurtosis {kurtosis:.1f}")
-    return ResidualTests(excess, lines, kurtosis, tuple(why))
+    return ResidualTests(tuple(why))
 
 
 def _white_variance(residual: Array, usable: Array, fitted: int, memory: int) -> Array:
@@ -88,16 +78,13 @@ def _mean_lengths_s(time_s: Array, policy: Policy) -> tuple[float, ...]:
     return tuple(longer * length_s for length_s in policy.mean_lengths_s)
 
 
-def _scaled_means(residual: Array, usable: Array, cell: Array, policy: Policy) -> Array | None:
-    """Squares (m, q) of means over time cells, over their variance in unit white noise; None for too few cells.
-
-    cell (n,): number of each sample's cell. Cells with less than half the samples of the fullest cell are left out.
-    """
+def _scaled_means(residual: Array, usable: Array, cell: Array, policy: Policy) -> Array:
+    """Squares (m, q) of means over the fuller cells (n,) of time, over unit white noise's; none for too few cells."""
     starts = np.flatnonzero(np.diff(cell, prepend=-1))
     count = np.add.reduceat(usable, starts)
     full = count > policy.filled_block * count.max()
     if count.max() < policy.least_mean_samples or np.count_nonzero(full) < policy.least_tested_means:
-        return None
+        full[:] = False
     return white_ratios(np.add.reduceat(residual, starts, axis=0)[full], count[full])
 
 
@@ -124,8 +111,7 @@ class RisingSpectrum:
     def of(cls, problem: LinearProblem, before: Array, after: Array) -> RisingSpectrum | None:
         """The rise in the spectrum of a residual (n, q) after the named effects; None for a falling spectrum.
 
-        Targets tones of a wheel or propeller with varying speed, neither a spectral line nor visible in means over a
-        second. Attitude errors are as fast as the motion: None where the model states errors as large.
+        As of a wheel or propeller with varying speed; None too where the model states attitude errors as large.
         """
         policy, interval_s, time_s = problem.policy, problem.state.interval_s, problem.state.time_s
         limited, unevenness = _limited(_bridge_unused(time_s, after, problem.usable), policy)
@@ -184,8 +170,7 @@ def _rises(power: Array, shape: Array, policy: Policy) -> bool:
 def missing_white_noise(problem: LinearProblem, residual: Array, new: Sequence[Effect]) -> Effect | None:
     """The white noise missing in the model, from the residual (n, q) with new effects; None if none is missing.
 
-    Rounding of the values is subtracted, and the sample noise that the new effects carry over from their channels. The
-    least ratio that counts is `Policy.larger`.
+    Less rounding of the values, and less the noise that the new effects carry over from their channels.
     """
     given_nT = [effect.first_value for effect in problem.effects if effect.traits.sign == "white"]
     if not given_nT or problem.mode == "strength" or problem.relative:

@@ -8,13 +8,11 @@ from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.fft import dct
-from scipy.linalg import cholesky, solve_triangular, toeplitz
-from scipy.optimize import minimize_scalar
 from scipy.stats import chi2
 
 from diagnosis.evidence.along_field import is_attitude_error
 from diagnosis.evidence.localise import TIME, localise
+from diagnosis.evidence.noise_model import NoiseModel
 from diagnosis.library.parameter_search import between_neighbours
 from diagnosis.policy import Policy
 from diagnosis.problem.blocks import Cut
@@ -25,8 +23,6 @@ from sim.effects.base import Effect
 from validation.signals.amplitude import rms
 from validation.signals.bands import Bands, hann
 
-LOG_SIZES = (-14.0, 14.0)
-"""Range of the logarithm of the slow noise's size over the power of the white noise, in the search."""
 Density = Callable[[Array], Array]
 
 
@@ -34,19 +30,17 @@ Density = Callable[[Array], Array]
 class SlowNoise:
     """Slow noise: the effect at its fitted size, equally likely alternatives, and evidence in nats.
 
-    fits: spectrum and innovations agree with the effect; identified: the noise dominates at enough frequencies to be
-    distinguished from any slow disturbance.
+    identified: the noise dominates at enough frequencies to be distinguished from any slow disturbance.
     """
 
     effect: Effect
     alternatives: tuple[str, ...]
     gain: float
-    fits: bool
     identified: bool
 
 
 def find_slow_noise(problem: LinearProblem, residual: Array) -> SlowNoise | None:
-    """Slow noise of the offset in a residual (n, q) in units of the noise; None without evidence.
+    """Slow noise of the offset in a residual (n, q) in units of the noise; None without evidence, or of another form.
 
     None where a channel explains more of the residual than time does, where the residual has no part along the field,
     as attitude errors have none, and where it is likelier slow along the Earth's axes.
@@ -60,21 +54,14 @@ def find_slow_noise(problem: LinearProblem, residual: Array) -> SlowNoise | None
         return None
     if problem.level is not None:  # the dip has the slow errors of roll and pitch too
         residual, base = residual[:, :1], base[:, 0]
-    residual = _refitted(residual, base, interval_s, SlowSpectrum.of(residual, interval_s, policy))
+    residual = _refitted(residual, base, SlowSpectrum.of(residual, interval_s, policy))
     spectrum = SlowSpectrum.of(residual, interval_s, policy)
-    found = fit_steps(residual, interval_s, spectrum, policy)
-    level = spectrum.effect.with_role("level")
-    if found.gain <= policy.apart or level is None:
+    found = fit_axes(residual, spectrum, policy)
+    if found.gain <= policy.apart or not (spectrum.agrees(policy) and is_random(found.innovations, policy)):
         return None
-    std = np.sqrt(np.resize(found.sizes, 3)) * np.resize(problem.sigma_nT[: residual.shape[1]], 3)
-    values: dict[str, Any] = {**spectrum.listed, level: tuple(std.tolist())}
-    return SlowNoise(
-        spectrum.effect(**values),
-        spectrum.others,
-        found.gain,
-        fits=spectrum.agrees(policy) and is_random(found.innovations, policy),
-        identified=spectrum.lines_above_white(policy) >= policy.least_noise_lines,
-    )
+    std_nT = np.sqrt(np.resize(found.sizes, 3)) * np.resize(problem.sigma_nT[: residual.shape[1]], 3)
+    identified = spectrum.lines_above_white(policy) >= policy.least_noise_lines
+    return SlowNoise(spectrum.as_effect(std_nT), spectrum.others, found.gain, identified)
 
 
 def follows_time_only(problem: LinearProblem, residual: Array) -> bool:
@@ -93,7 +80,7 @@ def is_earth_frame_noise(problem: LinearProblem, residual: Array) -> bool:
     policy, interval_s = problem.policy, problem.state.interval_s
     body = problem.ahead_of_iron(residual * problem.sigma_nT) / rms(problem.sigma_nT)
     earth, own = (
-        fit_steps(axes, interval_s, SlowSpectrum.of(axes, interval_s, policy), policy).score
+        fit_axes(axes, SlowSpectrum.of(axes, interval_s, policy), policy).score
         for axes in (np.einsum("nij,nj->ni", problem.state.R_wb, body), body)
     )
     return earth > own + policy.apart
@@ -103,9 +90,8 @@ def is_earth_frame_noise(problem: LinearProblem, residual: Array) -> bool:
 class SlowSpectrum:
     """The best slow noise ``S(f) = level + size shape(f)`` of the library, and the names of equally good effects.
 
-    Whittle likelihood of the band-averaged periodogram, one-sided, in units of the noise squared per Hz: ``shape(f) =
-    1 / f`` for flicker noise, ``1 / (2 pi^2 f^2)`` for a random walk. listed : the effect's listed parameters, such as
-    a correlation time, by name.
+    By Whittle likelihood; densities are one-sided, in units of the noise squared per Hz: ``shape(f) = 1 / f`` for
+    flicker noise, ``1 / (2 pi^2 f^2)`` for a random walk. listed : the effect's listed parameters by name.
     """
 
     bands: Bands
@@ -138,7 +124,7 @@ class SlowSpectrum:
 
         def fit(listed: dict[str, float]) -> SlowSpectrum:
             shape = partial(spectrum, interval_s=interval_s, **listed)
-            return cls(bands, effect, listed, shape, *bands.fit(2 * interval_s, shape(bands.f)))
+            return cls(bands, effect, listed, shape, *bands.fit(shape(bands.f)))
 
         if not effect.search:
             return fit({})
@@ -150,6 +136,11 @@ class SlowSpectrum:
         """S(f) at frequencies f (m,)."""
         return np.asarray(self.level + self.size * self.shape(f))
 
+    def as_effect(self, level: Array) -> Effect:
+        """The effect with a level (3,) of the axes, in nT."""
+        values: dict[str, Any] = {**self.listed, str(self.effect.with_role("level")): tuple(level.tolist())}
+        return self.effect(**values)
+
     def agrees(self, policy: Policy) -> bool:
         """Whether no band deviates significantly from S."""
         ratio = self.bands.power / self.density(self.bands.f)
@@ -160,9 +151,9 @@ class SlowSpectrum:
         return float(self.bands.shape[self.density(self.bands.f) > policy.clearly_larger * self.level].sum())
 
 
-def _refitted(residual: Array, base: Array, interval_s: float, spectrum: SlowSpectrum) -> Array:
+def _refitted(residual: Array, base: Array, spectrum: SlowSpectrum) -> Array:
     """A residual (n, q) with the base (n, p) fitted again, frequencies weighted by the inverse noise spectrum."""
-    n = len(residual)
+    n, interval_s = len(residual), spectrum.bands.interval_s
     f = np.maximum(np.fft.rfftfreq(n, interval_s), 1 / (n * interval_s))
     weight = np.sqrt(spectrum.density(f))[:, None]
     B, r = (np.fft.rfft(hann(n) * values, axis=0) / weight for values in (base, residual))
@@ -170,8 +161,8 @@ def _refitted(residual: Array, base: Array, interval_s: float, spectrum: SlowSpe
     return np.asarray(residual - base @ change)
 
 
-class StepsFit(NamedTuple):
-    """Log-likelihood, gain in nats over white noise, size (q,) of the slow noise of each axis, innovations (n, q)."""
+class AxesFit(NamedTuple):
+    """Log-likelihood, gain in nats over white noise, size (q,) of the slow noise of each axis, innovations (m, q)."""
 
     score: float
     gain: float
@@ -179,43 +170,40 @@ class StepsFit(NamedTuple):
     innovations: Array
 
 
-def fit_steps(residual: Array, interval_s: float, spectrum: SlowSpectrum, policy: Policy) -> StepsFit:
-    """The likeliest sizes of a slow noise, by the steps between block means of a residual (n, q)."""
-    steps, block_s = _block_steps(residual, interval_s, policy)
-    slow = _correlation(spectrum.shape, steps.shape[1], block_s)
-    white = spectrum.level / block_s * np.pad([1.0, -0.5], (0, len(slow)))[: len(slow)]
-    scale = white[0] / max(slow[0], 1e-300)
+def fit_axes(residual: Array, spectrum: SlowSpectrum, policy: Policy) -> AxesFit:
+    """Fit the size of a slow noise in each axis of a residual (n, q), and whiten the residual by the noise.
 
-    def cost(x: float, axis: Array) -> float:
-        return -_likelihood(axis, white + np.exp(x) * scale * slow)[0]
+    From the size by Whittle likelihood, with a parabola through the log-likelihoods of half and twice the size. The
+    white noise is one level for all axes, since turns of the axes mix their noise.
+    """
+    length = -(-len(residual) // policy.most_rows)
+    rows = Cut(length, len(residual) // length).means(residual)
+    bands = Bands.of(rows, length * spectrum.bands.interval_s, 1, policy.bands)
+    shape = spectrum.shape(bands.f)
+    sizes = np.array([replace(bands, density=own[None]).fit(shape)[2] for own in bands.density])
 
-    search: Any = {"bounds": LOG_SIZES, "method": "bounded", "options": {"xatol": 0.05, "maxiter": 25}}
-    sizes = scale * np.exp([minimize_scalar(cost, args=(axis,), **search).x for axis in steps])
-    found = [_likelihood(axis, white + size * slow) for axis, size in zip(steps, sizes, strict=True)]
-    score = sum(likelihood for likelihood, _ in found)
-    gain = score - sum(_likelihood(axis, white)[0] for axis in steps)
-    return StepsFit(score, gain, sizes, np.stack([innovations for _, innovations in found], axis=1))
+    def whitened(sizes: Array) -> tuple[Array, Array]:
+        return _whitened(rows, replace(bands, density=spectrum.level + np.outer(sizes, shape)), policy)
 
-
-def _block_steps(residual: Array, interval_s: float, policy: Policy) -> tuple[Array, float]:
-    """Steps (q, m) between means over blocks of `step_s`, adapted to give `least_steps` to `most_steps`; their time."""
-    n = len(residual)
-    length = max(1, min(round(policy.step_s / interval_s), n // policy.least_steps), n // policy.most_steps)
-    return np.diff(Cut(length, n // length).means(residual), axis=0).T, length * interval_s
+    less, same, more = (whitened(factor * sizes)[1] for factor in (0.5, 1.0, 2.0))
+    sizes *= 2 ** np.clip((more - less) / 2 / np.maximum(2 * same - less - more, 1e-9), -1, 1)
+    (innovations, score), (_, white) = whitened(sizes), whitened(0 * sizes)
+    means = _step_means(innovations, bands.interval_s, policy)
+    return AxesFit(float(score.sum()), float((score - white).sum()), sizes, means)
 
 
-def _correlation(density: Density, n: int, T: float) -> Array:
-    """``r_k = int S(f) sinc^2(f T) 4 sin^2(pi f T) cos(2 pi f k T) df`` (n,) of steps between means over T seconds."""
-    f = np.asarray((np.arange(32 * n) + 0.5) / (8 * n * T), dtype=np.float64)
-    power = density(f) * np.sinc(f * T) ** 2 * 4 * np.sin(np.pi * f * T) ** 2 / (8 * n * T)
-    return np.asarray(dct(power.reshape(4, -1).sum(axis=0))[: 2 * n : 2] / 2)  # all is periodic in f but S and sinc
+def _whitened(rows: Array, bands: Bands, policy: Policy) -> tuple[Array, Array]:
+    """Innovations (m, q) of rows with noise of a spectrum in bands, and the log-likelihood (q,)."""
+    time_s: Array = bands.interval_s * np.arange(len(rows), dtype=np.float64)
+    z, ln_S = NoiseModel.of(bands, policy).whitened(time_s, np.ones(len(rows)), rows[:, :, None])
+    return z[:, :, 0], -(z[:, :, 0] ** 2 + ln_S).sum(axis=0) / 2
 
 
-def _likelihood(steps: Array, row: Array) -> tuple[float, Array]:
-    """Log-likelihood of steps (n,) whose correlation is a row (n,), but for a constant, and innovations (n,)."""
-    factor = cholesky(toeplitz(row), lower=True)
-    z = np.asarray(solve_triangular(factor, steps, lower=True), dtype=np.float64)
-    return float(-np.log(np.diag(factor)).sum() - (z**2).sum() / 2), z
+def _step_means(rows: Array, row_s: float, policy: Policy) -> Array:
+    """Means (m, q) of rows (n, q) over `step_s`, adapted to give `least_steps` to `most_steps`."""
+    n = len(rows)
+    length = max(1, min(round(policy.step_s / row_s), n // policy.least_steps), n // policy.most_steps)
+    return Cut(length, n // length).means(rows)
 
 
 def is_random(innovations: Array, policy: Policy) -> bool:

@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from diagnosis.evidence.projections import products, solved, squares_left, without_rounding
+from diagnosis.evidence.hypothesis import products, solved, squares_left, without_rounding
 from diagnosis.library.candidates import Candidate, iron_candidates, propose_candidates
 from diagnosis.library.dipole_position import ThinnedPath
 from diagnosis.library.drivers import may_drive

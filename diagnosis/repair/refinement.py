@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calib.numerics.squares import DIFFERENCE, SAME, Squares
+from diagnosis.evidence.hypothesis import project_out
 from diagnosis.evidence.noise_model import NoiseModel
-from diagnosis.evidence.projections import project_out
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.problem.strength import strength_problem

@@ -11,8 +11,14 @@ import numpy as np
 
 from diagnosis.evidence.candidate_test import ColouredBaseline, inflation_by_chance
 from diagnosis.evidence.held_out import search_price
-from diagnosis.evidence.hypothesis import Hypothesis, information_matrices, remaining, white_noise_model
-from diagnosis.evidence.projections import explained_nats, products
+from diagnosis.evidence.hypothesis import (
+    Hypothesis,
+    explained_nats,
+    information_matrices,
+    products,
+    remaining,
+    white_noise_model,
+)
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem

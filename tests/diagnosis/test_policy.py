@@ -25,8 +25,7 @@ GUARDS = {
     "motion.py": {"LEAST_NOISE"},
     "vector.py": {"FIELD_ERROR", "DELAY_S", "STEPS"},
     "second_passes.py": {"FARTHEST", "SETTLED_S"},
-    "projections.py": {"GONE"},
-    "hypothesis.py": {"SAME_NATS", "FAR_NATS", "TOGETHER"},
+    "hypothesis.py": {"GONE", "SAME_NATS", "FAR_NATS", "TOGETHER"},
     "windowed_candidates.py": {"NOTHING"},
     "strength.py": {
         "TURN_STEP_S",
@@ -48,7 +47,6 @@ GUARDS = {
     "field_pulsations.py": {"ROWS", "TOGETHER", "FINER", "ROUNDS"},
     "dipole_position.py": {"MEAN_S", "MOST_MEANS", "SAME_M", "LEAST_M", "STEP_M"},
     "residual_tests.py": {"MOST_TONES"},
-    "slow_noise.py": {"LOG_SIZES"},
     "advice.py": {"MINUTE_S", "MOST_TIMES", "TRIED_CHANNELS"},
     "legs.py": {"LEGS", "SWAYING", "QUICK", "QUIET"},
     "result.py": {"NORMAL_95"},

@@ -30,11 +30,16 @@ def even_bands(first: int, last: int, count: int) -> list[slice]:
 
 @dataclass(frozen=True)
 class Bands:
-    """Mean frequency f (m,), number of lines (m,) and one-sided power density (q, m) of each output in bands."""
+    """Mean frequency f (m,), number of lines (m,) and one-sided power density (q, m) of each output in bands.
+
+    samples, interval_s : number of samples, and the time between two.
+    """
 
     f: Array
     lines: Array
     density: Array
+    samples: int
+    interval_s: float
 
     @classmethod
     def of(cls, residual: Array, interval_s: float, first_line: int, count: int) -> Bands:
@@ -45,7 +50,7 @@ class Bands:
         band, f = even_bands(first_line, len(power), count), np.fft.rfftfreq(len(residual), interval_s)
         lines = np.array([b.stop - b.start for b in band], dtype=float)
         density = np.stack([power[b].mean(axis=0) for b in band], axis=1)
-        return cls(np.array([f[b].mean() for b in band]), lines, density)
+        return cls(np.array([f[b].mean() for b in band]), lines, density, len(residual), interval_s)
 
     @property
     def power(self) -> Array:
@@ -61,11 +66,12 @@ class Bands:
         """Return the probability that noise has at least `ratio` (m,) times the expected power in any of the bands."""
         return float(gammaincc(self.shape, ratio * self.shape).min()) * len(self.f)
 
-    def fit(self, level: float, slow: Array) -> tuple[float, float, float]:
+    def fit(self, slow: Array) -> tuple[float, float, float]:
         """Return the greatest Whittle likelihood of ``S = w + s slow``, w and s; slow (m,) is zero for white noise.
 
-        level : white noise of a sample; w is at least 1e-4 of `level`, because w = 0 leaves no scale.
+        w is at least 1e-4 of white noise of variance one, because w = 0 leaves no scale.
         """
+        level = 2 * self.interval_s
 
         def cost(x: Array) -> float:
             S = np.exp(x[0]) + np.exp(x[1]) * slow

@@ -28,7 +28,7 @@ SEEN = replace(FOUND, kind=EvidenceKind.DIRECT, nats=None)
 NOISE = NamedEffect(EFFECT, (), EvidenceKind.SPECTRUM, 50.0, 0.0)
 FAST = RisingSpectrum(2.0, 4.0, hides=False)
 RISING = replace(FOUND, rivals=("temperature_degC",))
-TESTS = ResidualTests({}, (), 0.0, ("means over 5 s",))
+TESTS = ResidualTests(("means over 5 s",))
 TURN = NamedEffect(SoftIron(((0.0, 0.01, 0.0), (-0.01, 0.0, 0.0), (0.0, 0.0, 0.0))), (), EvidenceKind.IRON, 50.0, 1.0)
 
 

@@ -35,8 +35,8 @@ from tests.diagnosis.synthetic import problem, recording
 DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.search_role())
 WARM = next(effect for effect in EFFECTS if any(p.unit == "nT/K" for p in effect.parameters()))
 KIN = tuple(effect for effect in EFFECTS if effect.traits.family)
-CLEAN, LEFT = ResidualTests({}, (), 0.0, ()), ResidualTests({}, (), 0.0, ("means",))
-NOISE = SlowNoise(WhiteNoise((1.0, 1.0, 1.0)), (), 50.0, fits=True, identified=True)
+CLEAN, LEFT = ResidualTests(()), ResidualTests(("means",))
+NOISE = SlowNoise(WhiteNoise((1.0, 1.0, 1.0)), (), 50.0, identified=True)
 
 
 def _evidence(effect: type[Effect], gain: float, width: int, policy: Policy = STANDARD) -> Evidence:
@@ -124,7 +124,6 @@ def _wandering(selection: Selection, monkeypatch: pytest.MonkeyPatch, noise: Slo
 def test_slow_noise_without_effects_needs_only_to_fit(nothing: Selection, monkeypatch: pytest.MonkeyPatch) -> None:
     vague = replace(NOISE, identified=False)
     assert _wandering(nothing, monkeypatch, vague) is vague
-    assert _wandering(nothing, monkeypatch, replace(NOISE, fits=False)) is None
     assert slow_noise(nothing) is None
 
 

@@ -32,7 +32,7 @@ from sim.effects.parameters import ACTIVE_WINDOW
 from tests.diagnosis.synthetic import problem, recording
 
 FIRST, SECOND, THIRD = EFFECTS[:3]
-CLEAN = ResidualTests({}, (), 0.0, ())
+CLEAN = ResidualTests(())
 KIN = (("bandwidth", 0.0, 0.001), ("latency", 1.0, 0.1))
 
 

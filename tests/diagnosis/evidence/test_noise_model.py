@@ -77,7 +77,7 @@ def test_density_is_the_spectrum_of_the_recursion() -> None:
 def test_variances_are_found_within_the_ladder() -> None:
     rng = np.random.default_rng(3)
     y = np.stack([process(rng, 8000, 40.0, 1.5) + rng.normal(size=8000), rng.normal(size=8000)], axis=1)
-    noise_model = NoiseModel.of(y, 1.0, STANDARD, None)
+    noise_model = NoiseModel.of(Bands.of(y, 1.0, 1, STANDARD.bands), STANDARD)
     assert noise_model.white == pytest.approx([1.0, 1.0], rel=0.07)
     assert noise_model.slow[0].sum() == pytest.approx(1.5**2, rel=0.35)
     assert noise_model.slow[1].sum() < 0.1
@@ -97,7 +97,7 @@ def test_a_found_rest_is_as_likely_as_the_true_one(step: float, seed: int) -> No
         return -(ln_S.sum() + (z**2).sum()) / 2
 
     true = NoiseModel(np.array([1e6]), np.ones(1), np.full((1, 1), step**2 * 1e6 / 2))
-    assert likelihood(NoiseModel.of(y, 1.0, STANDARD, None)) > likelihood(true) - 8
+    assert likelihood(NoiseModel.of(Bands.of(y, 1.0, 1, STANDARD.bands), STANDARD)) > likelihood(true) - 8
     assert likelihood(NoiseModel(np.ones(1), np.array([y.var()]), np.zeros((1, 1)))) < likelihood(true) - 100
 
 
@@ -149,7 +149,7 @@ def test_a_wander_that_both_see_is_found_as_one() -> None:
     output_axes = np.stack([np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])] * 2, axis=1)
     output_axes[:, 1] = 0.5 * np.roll(output_axes[:, 1], 1, axis=1)
     y = np.einsum("nqi,ni->nq", output_axes, wander) + rng.normal(size=(n, 2))
-    noise_model = NoiseModel.of(y, 1.0, STANDARD, output_axes)
+    noise_model = NoiseModel.of(Bands.of(y, 1.0, 1, STANDARD.bands), STANDARD, output_axes)
     assert noise_model.white == pytest.approx([1.0, 1.0], rel=0.15)
     assert noise_model.turning.sum() == pytest.approx(4.0**2, rel=0.5)
     assert noise_model.slow[0].sum() < 0.1 * noise_model.turning.sum()
@@ -159,7 +159,7 @@ def test_the_expected_spectrum_of_a_turning_wander_is_that_of_many() -> None:
     rng = np.random.default_rng(6)
     n, tau_s = 512, np.array([30.0])
     output_axes = np.column_stack([np.cos(0.3 * np.arange(n)), np.sin(0.3 * np.arange(n)), np.zeros(n)])
-    expected = seen_density(output_axes, tau_s, 1.0, STANDARD)[0]
+    expected = seen_density(output_axes[:, None], tau_s, 1.0, STANDARD)[0]
     kept, power = np.exp(-1 / 30.0), []
     for _ in range(400):
         steps = rng.normal(size=(n, 3)) * np.r_[1.0, np.full(n - 1, np.sqrt(1 - kept**2))][:, None]

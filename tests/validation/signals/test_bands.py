@@ -12,7 +12,7 @@ def test_bands_of_white_noise_have_its_level() -> None:
     """One-sided density of white noise of one unit: two intervals."""
     bands = Bands.of(np.random.default_rng(5).normal(size=(20_000, 3)), 0.1, 4, 40)
     assert bands.power[-10:] == pytest.approx([0.2] * 10, rel=0.15)
-    level = bands.fit(0.2, np.zeros(len(bands.f)))[1]
+    level = bands.fit(np.zeros(len(bands.f)))[1]
     assert level == pytest.approx(0.2, rel=0.03)
     assert bands.chance(bands.power / 0.2) > 1e-4 * len(bands.f)
 
