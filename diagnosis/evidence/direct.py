@@ -189,7 +189,7 @@ def _ends_sharply(off: Array, first: int, end: int, policy: Policy) -> bool:
 def _quiet_deviation(problem: LinearProblem) -> Array:
     """Deviation (n, q) from the base in units of the noise; 0 where large in the median: such a base does not fit."""
     seen = problem.off_nT / problem.sigma_nT[: problem.off_nT.shape[1]]
-    return seen * bool((np.median(np.abs(seen), axis=0) < problem.policy.somewhat_larger).all())
+    return np.asarray(seen * bool((np.median(np.abs(seen), axis=0) < problem.policy.somewhat_larger).all()))
 
 
 def _far(seen: Array, policy: Policy) -> tuple[Mask, Array]:
