@@ -56,7 +56,7 @@ def find_slow_noise(problem: LinearProblem, residual: Array) -> SlowNoise | None
         residual, base = residual[:, :1], base[:, 0]
     residual = _refitted(residual, base, SlowSpectrum.of(residual, interval_s, policy))
     spectrum = SlowSpectrum.of(residual, interval_s, policy)
-    found = fit_axes(residual, spectrum, policy)
+    found = fit_axes(residual, problem.usable, spectrum, policy)
     if found.gain <= policy.apart or not (spectrum.agrees(policy) and is_random(found.innovations, policy)):
         return None
     std_nT = np.sqrt(np.resize(found.sizes, 3)) * np.resize(problem.sigma_nT[: residual.shape[1]], 3)
@@ -80,7 +80,7 @@ def is_earth_frame_noise(problem: LinearProblem, residual: Array) -> bool:
     policy, interval_s = problem.policy, problem.state.interval_s
     body = problem.ahead_of_iron(residual * problem.sigma_nT) / rms(problem.sigma_nT)
     earth, own = (
-        fit_axes(axes, SlowSpectrum.of(axes, interval_s, policy), policy).score
+        fit_axes(axes, problem.usable, SlowSpectrum.of(axes, interval_s, policy), policy).score
         for axes in (np.einsum("nij,nj->ni", problem.state.R_wb, body), body)
     )
     return earth > own + policy.apart
@@ -170,32 +170,33 @@ class AxesFit(NamedTuple):
     innovations: Array
 
 
-def fit_axes(residual: Array, spectrum: SlowSpectrum, policy: Policy) -> AxesFit:
+def fit_axes(residual: Array, usable: Array, spectrum: SlowSpectrum, policy: Policy) -> AxesFit:
     """Fit the size of a slow noise in each axis of a residual (n, q), and whiten the residual by the noise.
 
-    From the size by Whittle likelihood, with a parabola through the log-likelihoods of half and twice the size. The
-    white noise is one level for all axes, since turns of the axes mix their noise.
+    Samples that are not usable (n,) are unknown, not 0. From the size by Whittle likelihood, with a parabola through
+    the log-likelihoods of half and twice the size. The white noise is one level for all axes, since turns of the axes
+    mix their noise.
     """
     length = -(-len(residual) // policy.most_rows)
-    rows = Cut(length, len(residual) // length).means(residual)
+    rows, known = map(Cut(length, len(residual) // length).means, (residual, usable))
     bands = Bands.of(rows, length * spectrum.bands.interval_s, 1, policy.bands)
     shape = spectrum.shape(bands.f)
     sizes = np.array([replace(bands, density=own[None]).fit(shape)[2] for own in bands.density])
 
     def whitened(sizes: Array) -> tuple[Array, Array]:
-        return _whitened(rows, replace(bands, density=spectrum.level + np.outer(sizes, shape)), policy)
+        return _whitened(rows, known, replace(bands, density=spectrum.level + np.outer(sizes, shape)), policy)
 
     less, same, more = (whitened(factor * sizes)[1] for factor in (0.5, 1.0, 2.0))
     sizes *= 2 ** np.clip((more - less) / 2 / np.maximum(2 * same - less - more, 1e-9), -1, 1)
-    (innovations, score), (_, white) = whitened(sizes), whitened(0 * sizes)
-    means = _step_means(innovations, bands.interval_s, policy)
-    return AxesFit(float(score.sum()), float((score - white).sum()), sizes, means)
+    (innovations, score), white = whitened(sizes), whitened(0 * sizes)[1]
+    steps = _step_means(innovations, bands.interval_s, policy)
+    return AxesFit(float(score.sum()), float((score - white).sum()), sizes, steps)
 
 
-def _whitened(rows: Array, bands: Bands, policy: Policy) -> tuple[Array, Array]:
-    """Innovations (m, q) of rows with noise of a spectrum in bands, and the log-likelihood (q,)."""
+def _whitened(rows: Array, known: Array, bands: Bands, policy: Policy) -> tuple[Array, Array]:
+    """Innovations (m, q) of rows with a known share (m,), by a spectrum in bands, and the log-likelihood (q,)."""
     time_s: Array = bands.interval_s * np.arange(len(rows), dtype=np.float64)
-    z, ln_S = NoiseModel.of(bands, policy).whitened(time_s, np.ones(len(rows)), rows[:, :, None])
+    z, ln_S = NoiseModel.of(bands, policy).whitened(time_s, np.ceil(known), rows[:, :, None])
     return z[:, :, 0], -(z[:, :, 0] ** 2 + ln_S).sum(axis=0) / 2
 
 

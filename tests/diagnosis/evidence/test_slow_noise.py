@@ -62,6 +62,15 @@ def test_a_slow_noise_is_told_with_its_size(name: str) -> None:
         assert np.mean(getattr(found.effect, level)) == pytest.approx(SIZES[name], rel=0.3)
 
 
+def test_a_walk_far_from_zero_is_told_beside_samples_that_are_left_out() -> None:
+    """The samples left out are unknown: as zeros they would be jumps of a hundred times the noise."""
+    walking = problem(hidden={"offset_random_walk": {"std_nT_sqrt_s": [60.0] * 3}})
+    posed = walking.without(np.arange(len(walking.recording)) % 2000 < 15)
+    found = find_slow_noise(posed, _left(posed))
+    assert found is not None
+    assert found.effect.name == "offset_random_walk"
+
+
 @pytest.mark.parametrize("correlation_time_s", [3.0, 10.0])
 def test_a_correlation_time_is_told(correlation_time_s: float) -> None:
     """Of an autoregression made here, beside the white noise of the recording."""
