@@ -31,9 +31,6 @@ from scenarios.arrays import Array
 from sim.effects.base import Effect
 from sim.effects.channels import HIGHEST, powers
 
-GAP_ROUNDS = 8
-"""Largest number of steps from the refined numbers to those of the training data, of which the gap alone is told."""
-
 
 def explain(problem: LinearProblem, conclusion: Conclusion, direct: Sequence[DirectFinding]) -> Explanation:
     """Name all effects: accepted effects and changes of the iron, refined, then direct evidence, then noise.
@@ -47,7 +44,7 @@ def explain(problem: LinearProblem, conclusion: Conclusion, direct: Sequence[Dir
     named, held_out = [*effects, *named_values(conclusion, direct, effects)], selection.end.held_out_samples()
     if problem.mode == "vector":
         train = ~held_out & (problem.usable > 0)
-        trained, _ = refine(problem, refined, train, noise=conclusion.coloured_noise, rounds=GAP_ROUNDS)
+        trained, _ = refine(problem, refined, train, noise=conclusion.coloured_noise)
         before, after = (chain_residual(problem, new, train) for new in (problem.left_out, trained))
     else:
         before = selection.start.residual()

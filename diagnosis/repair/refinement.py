@@ -77,7 +77,6 @@ def refine(
     *,
     refit_iron: bool = True,
     noise: NoiseModel | None = None,
-    rounds: int = ROUNDS,
 ) -> tuple[tuple[Effect, ...], tuple[dict[str, Array], ...]]:
     """Fit the new effects by least squares on the samples `use` (n,), with standard deviations by parameter name.
 
@@ -85,8 +84,7 @@ def refine(
     from the Jacobian at the solution, times the root of `inflation` for coloured noise.
 
     refit_iron : refit hard and soft iron in every step; otherwise keep the model's iron. noise : the noise model of a
-    coloured residual. White least squares would take a part of a random walk into the parameters. rounds : largest
-    number of steps.
+    coloured residual. White least squares would take a part of a random walk into the parameters.
     """
     numbers = FreeParameters(tuple(new))
     start, scale = numbers.values, numbers.scale
@@ -94,7 +92,7 @@ def refine(
         return tuple(new), tuple({} for _ in new)
 
     squares = Squares(_Residual(problem, numbers, use, noise, refit_iron))
-    best = squares.least(np.zeros(len(start)), min(rounds, 1 + CHAINS // len(start)))
+    best = squares.least(np.zeros(len(start)), min(ROUNDS, 1 + CHAINS // len(start)))
     variances, onto_determined = determined(squares.gram(best), problem.policy)
     x = onto_determined @ best
     as_good = squares.half(x) <= squares.half(best) * (1 + SAME)

@@ -41,7 +41,6 @@ GUARDS = {
     "linear.py": {"STEPS", "SETTLED"},
     "coefficients.py": {"OPEN", "NOT_COMPARED"},
     "common_effects.py": {"STEP"},
-    "named_effects.py": {"GAP_ROUNDS"},
     "candidates.py": {"HEADROOM"},
     "parameter_search.py": {"PIECE", "OWN_NOISE", "LEAST_SHARE"},
     "drivers.py": {"ROUNDING", "LEAST_RANGE"},
