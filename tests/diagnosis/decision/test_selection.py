@@ -155,7 +155,10 @@ def test_noise_that_a_filter_correlates_over_a_few_samples_is_clean_beside_the_f
     smooth = sum(noise[i : i + 6000] for i in range(4)) / 2.0
     quiet = recording(6000, noise_nT=1e-3)
     start = Baseline.of(problem(replace(quiet, mag_nT=quiet.mag_nT + smooth)))
-    assert residual_tests(start, ["latency"]).excess[1.0] < 1.2 < residual_tests(start, ["motor_current"]).excess[1.0]
+    slow = [
+        any("over 1 s" in why for why in residual_tests(start, [name]).why) for name in ("latency", "motor_current")
+    ]
+    assert slow == [False, True]
 
 
 def test_a_window_is_not_settled_anew() -> None:

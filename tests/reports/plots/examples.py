@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from diagnosis.result import EvidenceKind
 from diagnosis.several.result import PooledDiagnosis
 from diagnosis.several.workflow import diagnose_together
 from papers.ding2021 import figures as ding2021
@@ -71,10 +70,8 @@ LEG = SimpleNamespace(choice=SimpleNamespace(phase=SimpleNamespace(duration_s=60
 LEGS: Any = SimpleNamespace(
     legs=(LEG, LEG), idle=LEG, task=SimpleNamespace(goal=SimpleNamespace(short="offset", unit="nT"))
 )
-CURVED: Any = SimpleNamespace(
-    named=[SimpleNamespace(effect=CHANNEL_EFFECT, kind=EvidenceKind.CURVE, covariance=np.eye(9))],
-    problem=SimpleNamespace(mode="strength"),
-)
+CURVE = SimpleNamespace(effect=CHANNEL_EFFECT, covariance=np.eye(9))
+CURVED: Any = SimpleNamespace(of_kind=lambda kind: [CURVE], problem=SimpleNamespace(mode="strength"))
 CURVES: Any = SimpleNamespace(curves=curves_of(CURVED))
 
 
