@@ -124,10 +124,9 @@ def cells(row: ParameterRow) -> Row:
 
 def _part_rows(diagnosis: Diagnosis) -> Iterator[Row]:
     for part in diagnosis.parts if len(diagnosis.parts) > 1 else ():
-        when, heading_deg = part, part.heading_deg
-        heading = "–" if heading_deg is None else f"{heading_deg:.0f}°"
+        heading = "–" if part.heading_deg is None else f"{part.heading_deg:.0f}°"
         sizes = (digits(part.rms_nT), digits(part.rms_sigma))
-        yield digits(when.from_s), digits(when.to_s), when.phase or "–", heading, *sizes
+        yield digits(part.from_s), digits(part.to_s), part.phase or "–", heading, *sizes
 
 
 def _candidate_rows(diagnosis: Diagnosis) -> Iterator[Row]:

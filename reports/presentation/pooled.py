@@ -120,11 +120,8 @@ def _coefficient_rows(pooled: PooledDiagnosis, effect: CommonEffect) -> Iterator
     words = describe_transfer(effect, pooled.scope)
     yield from ((POOLED, words, *cells(row)) for row in parameter_rows(effect.named))
     for recording, finding, own in zip(pooled.names, effect.presence, effect.each, strict=True):
-        rows = (
-            []
-            if own is None
-            else [row for row in parameter_rows(own) if effect.agreement is None or row[2] is not None]
-        )
+        fitted = [] if own is None else parameter_rows(own)
+        rows = [row for row in fitted if effect.agreement is None or row[2] is not None]
         yield from ((recording, str(finding), *row) for row in map(cells, rows))
         if not rows:
             yield recording, str(finding), *("",) * 5
