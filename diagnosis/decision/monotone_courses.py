@@ -43,19 +43,23 @@ def with_rival_channels(problem: LinearProblem, cause: NamedEffect) -> NamedEffe
 def similar_motors(problem: LinearProblem, cause: NamedEffect) -> tuple[str, ...]:
     """Channels of motors whose currents explain all of a named motor's current but an error of form.
 
-    Empty where the sum of all currents is meant, or where each motor has a gain of its own.
+    Empty where the sum of all currents is meant, or where each motor has a gain of its own. A tone of no motor is alike a
+    tone of each motor whose current is steady, whether the library has such an effect or not.
     """
-    role = cause.effect.with_role("motor")
-    motors_named = {getattr(effect, role) for effect in cause.effects if effect.name == cause.name} if role else {0}
-    if len(motors_named) > 1 or motors_named == {0}:
+    role, current_A = cause.effect.with_role("motor"), problem.state.channel
+    motors_named = {getattr(effect, role) for effect in cause.effects if effect.name == cause.name} if role else set()
+    if role is None and cause.effect.with_role("frequency") is not None:
+        listed = any(BY_NAME[name].with_role("motor") for name in cause.alternatives)
+        own, others, alike = np.ones(1), () if listed else problem.state.motors, _cosine
+    elif len(motors_named) == 1 and motors_named != {0}:
+        (motor,) = motors_named
+        others = tuple(other for other in problem.state.motors if other != motor)
+        own, alike = current_A(current_name(motor)), correlation
+    else:
         return ()
-    (motor,), least = motors_named, math.sqrt(1 - problem.policy.same_family)
-    current_A = problem.state.channel(current_name(motor))
-    logged = {current: channel for channel, current in as_currents(problem.recording).items()}
-    others = (current_name(other) for other in problem.state.motors if other != motor)
-    return tuple(
-        logged.get(name, name) for name in others if correlation(current_A, problem.state.channel(name)) > least
-    )
+    least, logged = math.sqrt(1 - problem.policy.same_family), {a: c for c, a in as_currents(problem.recording).items()}
+    names = (current_name(other) for other in others)
+    return tuple(logged.get(name, name) for name in names if alike(own, current_A(name)) > least)
 
 
 def similar_channels(problem: LinearProblem, cause: NamedEffect) -> tuple[str, ...]:
@@ -98,3 +102,9 @@ def driving_channels(problem: LinearProblem, where: Sequence[ChannelShare]) -> l
 def _rank_correlation(first: Array, second: Array) -> float:
     """``|rho|`` of Spearman; 0 for a constant course."""
     return abs(float(spearmanr(first, second).statistic)) if np.ptp(first) > 0 and np.ptp(second) > 0 else 0.0
+
+
+def _cosine(first: Array, second: Array) -> float:
+    """``|cos|`` of the angle between courses, means included; 0 for a vanishing course."""
+    size = float(np.sqrt((first**2).mean() * (second**2).mean()))
+    return abs(float((first * second).mean())) / size if size > 0 else 0.0

@@ -24,6 +24,7 @@ WARM_SCALE = next(effect for effect in EFFECTS if any(p.unit == "1/K" for p in e
 DRIFT = next(effect for effect in EFFECTS if any(p.unit == "nT/h" for p in effect.parameters()))
 JUMP = next(effect for effect in EFFECTS if effect.search_role() == "moment")
 DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.search_role())
+TONE, RIPPLE = BY_NAME["steady_tone"], BY_NAME["current_ripple"]
 SOFT_IRON, PART_S = BY_NAME["soft_iron"], (150.0, 250.0)
 MATRIX = [[5e-4, 0.0, 0.0], [0.0, -3e-4, 1e-4], [0.0, 1e-4, 2e-4]]
 N = 4000
@@ -135,3 +136,14 @@ def test_of_motors_that_run_alike_none_is_named_alone(spread: float, rivals: tup
     each = replace(alone, also=(DRIVEN(**{DRIVEN.linear[0]: (3.0, 0.0, 0.0), "motor": 2}),))
     assert with_rival_channels(posed, each).rivals == ()
     assert with_rival_channels(posed, replace(alone, effect=DRIVEN(**{DRIVEN.linear[0]: (3.0, 0.0, 0.0)}))).rivals == ()
+
+
+@pytest.mark.parametrize(("spread", "rivals"), [(0.1, ("throttle", "current_2_A")), (0.3, ())])
+def test_a_tone_beside_a_steady_current_may_be_the_motors(spread: float, rivals: tuple[str, ...]) -> None:
+    """The library may lack the motor's own tone; where it has one, and lists it, the currents are no further rivals."""
+    first = 2 * (1 + spread * np.sqrt(2) * np.sin(20 * UP))
+    posed = problem(replace(recording(), current_A=np.stack([first, 3 * first], axis=1), channels={"throttle": first}))
+    tone = NamedEffect(TONE((3.0, 0.0, 0.0), 3.7), (), EvidenceKind.HELD_OUT, 100.0, 1.0)
+    assert with_rival_channels(posed, tone).rivals == rivals
+    assert with_rival_channels(posed, replace(tone, alternatives=(RIPPLE.name,))).rivals == ()
+    assert with_rival_channels(posed, replace(tone, effect=RIPPLE((3.0, 0.0, 0.0), 3.7))).rivals == ()
