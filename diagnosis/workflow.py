@@ -9,7 +9,8 @@ import numpy as np
 
 from calib.numerics.threads import one_thread
 from diagnosis.decision.advice import advice_for
-from diagnosis.decision.conclusion import Conclusion, absorbed_effects, conclude
+from diagnosis.decision.choice import Selection
+from diagnosis.decision.conclusion import absorbed_effects, conclude
 from diagnosis.decision.second_passes import select_in_every_way
 from diagnosis.decision.sentence import sentence_for
 from diagnosis.decision.verdict_rules import judge
@@ -35,17 +36,17 @@ Progress = Callable[[str], object]
 
 @dataclass(frozen=True)
 class Examination:
-    """A recording compared with a model, and the conclusion; whole : the problem as first posed, of all samples."""
+    """A recording compared with a model, and what was selected; whole : the problem as first posed, of all samples."""
 
     whole: LinearProblem
     model: Model
     direct: tuple[DirectFinding, ...]
-    conclusion: Conclusion
+    selection: Selection
 
     @property
     def problem(self) -> LinearProblem:
         """The problem at the end of the selection."""
-        return self.conclusion.selection.end.problem
+        return self.selection.end.problem
 
 
 @one_thread()
@@ -97,10 +98,10 @@ def measured_rows(
 
 def diagnosis_of(examination: Examination) -> Diagnosis:
     """The diagnosis of an examination, with sentences and the new model."""
-    problem, selection = examination.problem, examination.conclusion.selection
-    found = explain(problem, examination.conclusion, examination.direct)
+    problem, selection = examination.problem, examination.selection
+    found = explain(selection, examination.direct)
     verdict, (judged,) = judge([found])
-    if (curves := _curves(examination.conclusion, found, verdict)) is not None:
+    if (curves := _curves(selection, found, verdict)) is not None:
         verdict, judged = Verdict.UNKNOWN, replace(curves, doubts=judged.doubts)
     names = {one.name for one in judged.named}
     diagnosis = Diagnosis(
@@ -124,10 +125,9 @@ def _untested(problem: LinearProblem) -> tuple[str, ...]:
     return tuple(f"{name} (no {', '.join(channels)})" for name, channels in lacking if channels)
 
 
-def _curves(conclusion: Conclusion, found: Explanation, verdict: Verdict) -> Explanation | None:
+def _curves(selection: Selection, found: Explanation, verdict: Verdict) -> Explanation | None:
     """The channels followed by the gap, where only slow noise is named, or curves explain much more than the names."""
-    start = conclusion.selection.start
-    noise_alone = conclusion.noise is not None and not found.of_kind(EvidenceKind.HELD_OUT)
+    start, noise_alone = selection.start, selection.noise is not None and not found.of_kind(EvidenceKind.HELD_OUT)
     if verdict is Verdict.UNKNOWN or noise_alone:
         return follow_channels(start, found)
     return better_channels(start, found) if verdict is Verdict.PARTIAL and not found.clean else None
@@ -142,7 +142,7 @@ def _resimulated(diagnosis: Diagnosis, examination: Examination) -> Diagnosis:
     left_nT = resimulated_rms_nT(recording, diagnosis.model, problem)
     told = replace(diagnosis, resimulated_nT=left_nT)
     fitted = any(cause.kind not in OF_VALUES for cause in diagnosis.named)
-    wanders = examination.conclusion.noise is not None  # its mean over the run is no iron
+    wanders = examination.selection.noise is not None  # its mean over the run is no iron
     claimed_nT = larger * rms(diagnosis.after_nT[problem.usable > 0])
     if left_nT is None or left_nT < claimed_nT or not fitted or wanders or not problem.iron_known:
         return told

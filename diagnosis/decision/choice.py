@@ -5,12 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Protocol, TypeVar
+
+import numpy as np
 
 from diagnosis.evidence.along_field import within_stated_errors
 from diagnosis.evidence.baseline import Baseline
+from diagnosis.evidence.candidate_test import ColouredBaseline
 from diagnosis.evidence.held_out import CandidateResult, Evidence
+from diagnosis.evidence.noise_model import NoiseModel
 from diagnosis.evidence.residual_tests import ResidualTests, run_residual_tests
+from diagnosis.evidence.slow_noise import SlowNoise
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
@@ -55,7 +61,9 @@ class AcceptedEffect:
 class Selection:
     """Result of the selection: accepted effects in order, baselines and residual tests before and after.
 
-    without: names left out of the library. results: every candidate of the first round, the strongest first.
+    without: names left out of the library. results: every candidate of the first round, the strongest first. iron,
+    conventional: changes of the iron that are findings, and those that restate an effect's reference. noise: slow noise
+    beside all these. The last three are found by `conclude`.
     """
 
     accepted: tuple[AcceptedEffect, ...]
@@ -65,6 +73,23 @@ class Selection:
     after: ResidualTests
     results: tuple[CandidateResult, ...]
     without: frozenset[str]
+    iron: tuple[AcceptedEffect, ...] = ()
+    conventional: tuple[AcceptedEffect, ...] = ()
+    noise: SlowNoise | None = None
+
+    @property
+    def clean(self) -> bool:
+        """Whether the residual is white, or explained by slow noise."""
+        return self.after.clean or self.noise is not None
+
+    @cached_property
+    def coloured_noise(self) -> NoiseModel | None:
+        """The noise model of a sample beside the accepted effects, if a coloured residual is left; vector mode only."""
+        if self.end.problem.mode != "vector" or self.after.clean or not self.accepted:
+            return None
+        found = ColouredBaseline.of(self.end.problem, self.end.accepted_columns)
+        samples, noise = float(np.median(found.rows.count)), found.hypothesis.noise_model
+        return replace(noise, slow=noise.slow / samples)  # a row sums so many samples, over the root of their number
 
     @property
     def names(self) -> list[str]:

@@ -1,10 +1,9 @@
-"""Conclusions from a selection, after revisions: effects, changes of the iron against the model, slow noise."""
+"""Conclusions from a selection, after revisions: changes of the iron against the model, and slow noise."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -14,8 +13,6 @@ from diagnosis.evidence.along_field import states_slow_noise
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.candidate_test import ColouredBaseline
 from diagnosis.evidence.held_out import Evidence, rank_candidates
-from diagnosis.evidence.noise_model import NoiseModel
-from diagnosis.evidence.residual_tests import ResidualTests
 from diagnosis.evidence.slow_noise import SlowNoise, find_slow_noise
 from diagnosis.library.candidates import Candidate, iron_candidates, propose_candidates
 from diagnosis.problem.blocks import Cut
@@ -26,53 +23,15 @@ from sim.state import MOTION
 from validation.signals.amplitude import rms
 
 
-@dataclass(frozen=True)
-class Conclusion:
-    """A selection, its effects with the main cause first, and changes of the iron and slow noise beside these.
-
-    conventional: changes of the iron that restate an effect's reference and are no findings.
-    """
-
-    selection: Selection
-    iron: tuple[AcceptedEffect, ...] = ()
-    conventional: tuple[AcceptedEffect, ...] = ()
-    noise: SlowNoise | None = None
-
-    @property
-    def accepted(self) -> tuple[AcceptedEffect, ...]:
-        """Accepted effects, the main cause first."""
-        return self.selection.accepted
-
-    @property
-    def after(self) -> ResidualTests:
-        """Tests of the residual of the accepted effects."""
-        return self.selection.after
-
-    @property
-    def clean(self) -> bool:
-        """Whether the residual is white, or explained by slow noise."""
-        return self.after.clean or self.noise is not None
-
-    @cached_property
-    def coloured_noise(self) -> NoiseModel | None:
-        """The noise model of a sample beside the accepted effects, if a coloured residual is left; vector mode only."""
-        end = self.selection.end
-        if end.problem.mode != "vector" or self.after.clean or not self.accepted:
-            return None
-        found = ColouredBaseline.of(end.problem, end.accepted_columns)
-        samples, noise = float(np.median(found.rows.count)), found.hypothesis.noise_model
-        return replace(noise, slow=noise.slow / samples)  # a row sums so many samples, over the root of their number
-
-
-def conclude(selection: Selection) -> Conclusion:
-    """The conclusion from a selection; the iron is asked for only where the model knows it."""
+def conclude(selection: Selection) -> Selection:
+    """The selection with the main cause first, slow noise, and changes of the iron where the model knows the iron."""
     order = sorted(selection.accepted, key=lambda effect: (effect.form_of is not None, -effect.evidence.strength))
     main_first, problem = replace(selection, accepted=tuple(order)), selection.end.problem
     noise = slow_noise(main_first)
     iron, conventional = iron_changes(selection) if problem.iron_known else ((), ())
     if noise is not None or states_slow_noise(problem):
         iron = beyond_wander(iron, selection)
-    return Conclusion(main_first, iron, conventional, noise)
+    return replace(main_first, iron=tuple(iron), conventional=tuple(conventional), noise=noise)
 
 
 def slow_noise(selection: Selection) -> SlowNoise | None:

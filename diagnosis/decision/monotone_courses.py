@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -19,6 +19,9 @@ from recordings.channels import current_name
 from scenarios.arrays import Array
 from sim.effects import BY_NAME
 from validation.signals.amplitude import column_rms
+
+Alike = Callable[[Array, Array], float]
+"""(one course, another) -> how much of one the other has, 0 to 1."""
 
 
 def with_rival_channels(problem: LinearProblem, cause: NamedEffect) -> NamedEffect:
@@ -43,23 +46,27 @@ def with_rival_channels(problem: LinearProblem, cause: NamedEffect) -> NamedEffe
 def similar_motors(problem: LinearProblem, cause: NamedEffect) -> tuple[str, ...]:
     """Channels of motors whose currents explain all of a named motor's current but an error of form.
 
-    Empty where the sum of all currents is meant, or where each motor has a gain of its own. A tone of no motor is alike a
-    tone of each motor whose current is steady, whether the library has such an effect or not.
+    Empty where the sum of all currents is meant, or where each motor has a gain of its own. A tone of no motor is alike
+    a tone of each motor whose current is steady, whether the library has such an effect or not.
     """
-    role, current_A = cause.effect.with_role("motor"), problem.state.channel
-    motors_named = {getattr(effect, role) for effect in cause.effects if effect.name == cause.name} if role else set()
-    if role is None and cause.effect.with_role("frequency") is not None:
-        listed = any(BY_NAME[name].with_role("motor") for name in cause.alternatives)
-        own, others, alike = np.ones(1), () if listed else problem.state.motors, _cosine
-    elif len(motors_named) == 1 and motors_named != {0}:
-        (motor,) = motors_named
-        others = tuple(other for other in problem.state.motors if other != motor)
-        own, alike = current_A(current_name(motor)), correlation
-    else:
-        return ()
-    least, logged = math.sqrt(1 - problem.policy.same_family), {a: c for c, a in as_currents(problem.recording).items()}
-    names = (current_name(other) for other in others)
-    return tuple(logged.get(name, name) for name in names if alike(own, current_A(name)) > least)
+    role = cause.effect.with_role("motor")
+    if role is not None:
+        named = {getattr(effect, role) for effect in cause.effects if effect.name == cause.name}
+        if len(named) > 1 or named == {0}:
+            return ()
+        (motor,) = named
+        return _motors_like(problem, problem.state.channel(current_name(motor)), correlation, but=motor)
+    listed = any(BY_NAME[name].with_role("motor") for name in cause.alternatives)
+    is_tone = cause.effect.with_role("frequency") is not None
+    return _motors_like(problem, np.ones(1), _cosine) if is_tone and not listed else ()
+
+
+def _motors_like(problem: LinearProblem, course: Array, alike: Alike, but: int = 0) -> tuple[str, ...]:
+    """Channels, or names, of the currents of all motors but one that are alike a course but for an error of form."""
+    least = math.sqrt(1 - problem.policy.same_family)
+    logged = {current: channel for channel, current in as_currents(problem.recording).items()}
+    names = (current_name(motor) for motor in problem.state.motors if motor != but)
+    return tuple(logged.get(name, name) for name in names if alike(course, problem.state.channel(name)) > least)
 
 
 def similar_channels(problem: LinearProblem, cause: NamedEffect) -> tuple[str, ...]:

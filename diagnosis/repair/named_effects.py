@@ -7,8 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from diagnosis.decision.choice import AcceptedEffect, residual_tests
-from diagnosis.decision.conclusion import Conclusion
+from diagnosis.decision.choice import AcceptedEffect, Selection, residual_tests
 from diagnosis.decision.monotone_courses import with_rival_channels
 from diagnosis.decision.verdict_rules import unnamed_channels
 from diagnosis.evidence.baseline import Baseline, added_share
@@ -23,7 +22,6 @@ from diagnosis.library.candidates import Candidate
 from diagnosis.library.drivers import AT_ONCE, CHANNEL_LAGS, LAGS, Driver, Lag, find_drivers, in_axes
 from diagnosis.library.parameter_search import refine_between_neighbours
 from diagnosis.problem.blocks import fit, inflation
-from diagnosis.problem.linear import LinearProblem
 from diagnosis.repair.refinement import chain_residual, refine
 from diagnosis.result import EvidenceKind, Explanation, NamedEffect
 from recordings.channels import HEIGHT
@@ -32,32 +30,32 @@ from sim.effects.base import Effect
 from sim.effects.channels import HIGHEST, powers
 
 
-def explain(problem: LinearProblem, conclusion: Conclusion, direct: Sequence[DirectFinding]) -> Explanation:
+def explain(selection: Selection, direct: Sequence[DirectFinding]) -> Explanation:
     """Name all effects: accepted effects and changes of the iron, refined, then direct evidence, then noise.
 
     For the gap, parameters and iron are fitted to the training data of the first split. Without effects and with a
     clean residual there is no gap: excess over the noise is chance.
     """
-    selection = conclusion.selection
-    refined, spread = _refined(problem, conclusion)
-    effects = _named_effects(problem, conclusion, refined, spread)
-    named, held_out = [*effects, *named_values(conclusion, direct, effects)], selection.end.held_out_samples()
+    problem, held_out, noise = selection.end.problem, selection.end.held_out_samples(), selection.coloured_noise
+    refined, spread = _refined(selection)
+    effects = _named_effects(selection, refined, spread)
+    named = [*effects, *named_values(selection, direct, effects)]
     if problem.mode == "vector":
         train = ~held_out & (problem.usable > 0)
-        trained, _ = refine(problem, refined, train, noise=conclusion.coloured_noise)
+        trained, _ = refine(problem, refined, train, noise=noise)
         before, after = (chain_residual(problem, new, train) for new in (problem.left_out, trained))
     else:
         before = selection.start.residual()
-        after = selection.end.residual() if conclusion.accepted else before
-    found = Explanation.by(problem, named, (before, after), held_out, conclusion.after, clean=conclusion.clean)
-    some = conclusion.accepted or conclusion.iron or not conclusion.after.clean
+        after = selection.end.residual() if selection.accepted else before
+    found = Explanation.by(problem, named, (before, after), held_out, selection.after, clean=selection.clean)
+    some = selection.accepted or selection.iron or not selection.after.clean
     return found if some else replace(found, gap=replace(found.gap, explained=None))
 
 
-def _refined(problem: LinearProblem, conclusion: Conclusion) -> tuple[Sequence[Effect], Sequence[dict[str, Array]]]:
+def _refined(selection: Selection) -> tuple[Sequence[Effect], Sequence[dict[str, Array]]]:
     """Accepted effects, changes of the iron and conventions, refined, with their standard deviations."""
-    end, noise = conclusion.selection.end, conclusion.coloured_noise
-    found = (one.evidence for one in (*conclusion.accepted, *conclusion.iron, *conclusion.conventional))
+    end, problem, noise = selection.end, selection.end.problem, selection.coloured_noise
+    found = (one.evidence for one in (*selection.accepted, *selection.iron, *selection.conventional))
     effects = [evidence.candidate.to_effect(evidence.coefficients) for evidence in found]
     V = inflation(end.sums, fit(end.sums, end.all_folds), problem.policy) if noise is None else 1.0
     every = np.ones(len(problem.recording), bool)
@@ -65,11 +63,12 @@ def _refined(problem: LinearProblem, conclusion: Conclusion) -> tuple[Sequence[E
 
 
 def _named_effects(
-    problem: LinearProblem, conclusion: Conclusion, effects: Sequence[Effect], spread: Sequence[dict[str, Array]]
+    selection: Selection, effects: Sequence[Effect], spread: Sequence[dict[str, Array]]
 ) -> list[NamedEffect]:
     """Accepted effects and changes of the iron, as refined; forms, and iron restating a reference, are no causes."""
-    accepted = [(effect, EvidenceKind.HELD_OUT) for effect in conclusion.accepted]
-    accepted += [(effect, EvidenceKind.IRON) for effect in conclusion.iron]
+    problem = selection.end.problem
+    accepted = [(effect, EvidenceKind.HELD_OUT) for effect in selection.accepted]
+    accepted += [(effect, EvidenceKind.IRON) for effect in selection.iron]
     causes, conventional = _by_cause(accepted, effects, spread), effects[len(accepted) :]
     for key, cause in causes.items() if conventional else ():
         if cause.effect.convention_columns(problem.state, problem.clean_nT).shape[2]:
@@ -96,11 +95,10 @@ def _by_cause(
 
 
 def named_values(
-    conclusion: Conclusion, direct: Sequence[DirectFinding], effects: Sequence[NamedEffect]
+    selection: Selection, direct: Sequence[DirectFinding], effects: Sequence[NamedEffect]
 ) -> list[NamedEffect]:
     """Direct evidence, then slow noise, or white noise in excess of the model's and of the named effects'."""
-    selection, noise = conclusion.selection, conclusion.noise
-    problem = selection.end.problem
+    problem, noise = selection.end.problem, selection.noise
     seen = [NamedEffect(finding.effect, (), EvidenceKind.DIRECT, None, 0.0) for finding in direct]
     if noise is not None:
         ranking = sorted((result.evidence for result in selection.results), key=lambda evidence: -evidence.gain)

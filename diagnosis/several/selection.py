@@ -47,7 +47,7 @@ class PooledRecording:
     @classmethod
     def of(cls, examination: Examination) -> PooledRecording:
         """The recording with its own events in the baseline."""
-        start, accepted = examination.conclusion.selection.start, examination.conclusion.accepted
+        start, accepted = examination.selection.start, examination.selection.accepted
         events = tuple(effect for effect in accepted if effect.evidence.candidate.one_run)
         own = tuple(effect for effect in accepted if not effect.evidence.candidate.one_run)
         baseline = start.with_all(event.columns(start.problem) for event in events)
@@ -87,7 +87,7 @@ def select_pooled(
 
 def _settings(recordings: Sequence[PooledRecording]) -> Settings:
     """The settings of every effect accepted by a recording alone, or found best where none accepts the effect."""
-    results = (result for recording in recordings for result in recording.examination.conclusion.selection.results)
+    results = (result for recording in recordings for result in recording.examination.selection.results)
     accepted = (effect for recording in recordings for effect in recording.own_effects)
     best, own = Settings(), Settings()
     for settings, several in ((best, results), (own, accepted)):

@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from calib.numerics.threads import one_thread
-from diagnosis.decision.choice import AcceptedEffect
-from diagnosis.decision.conclusion import Conclusion, conclude
+from diagnosis.decision.choice import AcceptedEffect, Selection
+from diagnosis.decision.conclusion import conclude
 from diagnosis.decision.verdict_rules import judge
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.held_out import judge_settings
@@ -102,7 +102,7 @@ def diagnose_sensors(
 
 def _compared_effects(examinations: Sequence[Examination], named: Set[str]) -> list[CommonEffect]:
     """Every named effect fitted to all sensors, beside all others, with the look-alikes of the strongest evidence."""
-    accepted = [own for examination in examinations for own in examination.conclusion.accepted if own.name in named]
+    accepted = [own for examination in examinations for own in examination.selection.accepted if own.name in named]
     problems, compared = [examination.problem for examination in examinations], []
     for name in dict.fromkeys(own.name for own in accepted):
         alike = sorted((own for own in accepted if own.name == name), key=lambda own: -own.evidence.nats)
@@ -162,7 +162,7 @@ def judge_pool(
     return verdict, common, judged
 
 
-def _explained(recording: PooledRecording, i: int, effects: Sequence[PooledEffect]) -> tuple[Conclusion, Array]:
+def _explained(recording: PooledRecording, i: int, effects: Sequence[PooledEffect]) -> tuple[Selection, Array]:
     """Conclusion of one recording with the pool's effects, and its residual (n, q) with the others' coefficients.
 
     An effect that does not transfer is fitted together with the recording's iron. Slow noise of unknown nature is none:
@@ -181,7 +181,7 @@ def _explained(recording: PooledRecording, i: int, effects: Sequence[PooledEffec
                 fitted.append(columns)
             else:
                 target = target - columns @ predicted_by_others(effect.possible)[i]
-    selection = replace(recording.examination.conclusion.selection, accepted=tuple(accepted))
+    selection = replace(recording.examination.selection, accepted=tuple(accepted))
     conclusion = conclude(selection.beside(baseline))
     if conclusion.noise is not None and not conclusion.noise.identified:
         conclusion = replace(conclusion, noise=None)
@@ -189,7 +189,7 @@ def _explained(recording: PooledRecording, i: int, effects: Sequence[PooledEffec
 
 
 def _common_effects(
-    recordings: Sequence[PooledRecording], effects: Sequence[PooledEffect], conclusions: Sequence[Conclusion]
+    recordings: Sequence[PooledRecording], effects: Sequence[PooledEffect], conclusions: Sequence[Selection]
 ) -> tuple[CommonEffect, ...]:
     """Effects, changes of the iron, noise and direct evidence supported by more than one recording."""
     problems = [recording.problem for recording in recordings]

@@ -79,7 +79,7 @@ def test_a_temperature_that_hardly_changes_keeps_its_slope() -> None:
     swing_K, slope = 0.15 * np.sin(0.02 * quiet.time_s), np.array([30.0, -45.0, 20.0])
     mag_nT = quiet.mag_nT + swing_K[:, None] * slope
     posed = problem(replace(quiet, mag_nT=mag_nT, temperature_degC=5 + swing_K))
-    (named,) = explain(posed, conclude(select(posed)), ()).named
+    (named,) = explain(conclude(select(posed)), ()).named
     assert named.effect.slope_nT_K == pytest.approx(slope, rel=0.05)  # type: ignore[attr-defined]
     (iron,) = named.also
     assert iron.offset_nT == pytest.approx(15 * slope, rel=0.05)  # type: ignore[attr-defined]
@@ -91,7 +91,7 @@ def test_one_effect_with_two_parts_is_one_name() -> None:
     posed = problem(hidden={"motor_current": gains})
     conclusion = conclude(select(posed))
     assert {one.name for one in conclusion.accepted} == {"motor_current"}
-    (named,) = explain(posed, conclusion, ()).named
+    (named,) = explain(conclusion, ()).named
     field = sum(
         effect.apply(posed.state, posed.state.field_nT, np.random.default_rng(0), {}) for effect in named.effects
     )
@@ -121,7 +121,7 @@ def test_of_an_iron_that_changed_whole_both_parts_are_found(colour: dict[str, An
 
 def test_an_iron_that_changed_whole_is_told_as_it_is() -> None:
     posed = problem(hidden=IRON_NOW)
-    told: dict[str, Any] = {one.name: one.effect for one in explain(posed, conclude(select(posed)), ()).named}
+    told: dict[str, Any] = {one.name: one.effect for one in explain(conclude(select(posed)), ()).named}
     assert told["hard_iron"].offset_nT == pytest.approx(IRON_NOW["hard_iron"]["offset_nT"], abs=1.0)
     np.testing.assert_allclose(told["soft_iron"].matrix, IRON_NOW["soft_iron"]["matrix"], atol=2e-5)
 

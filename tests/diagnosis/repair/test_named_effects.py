@@ -27,8 +27,8 @@ def test_noise_of_open_nature_lists_the_three_effects_that_explain_most(
         effect=OffsetRandomWalk((1.0,) * 3), alternatives=("flicker_noise",), gain=30.0, identified=identified
     )
     end = SimpleNamespace(problem=SimpleNamespace(policy=STANDARD))
-    conclusion: Any = SimpleNamespace(selection=SimpleNamespace(end=end, results=judged), noise=noise)
-    (one,) = named_values(conclusion, (), ())
+    selection: Any = SimpleNamespace(end=end, results=judged, noise=noise)
+    (one,) = named_values(selection, (), ())
     assert one.alternatives == ("flicker_noise", *listed)
 
 
@@ -39,11 +39,10 @@ def test_the_form_of_a_cause_belongs_to_it_and_is_no_second_name() -> None:
             "hard_iron_drift": {"rate_nT_h": [200.0, -100.0, 150.0]},
         }
     )
-    conclusion = conclude(select(posed))
-    first, second = conclusion.accepted
-    assert len(explain(posed, conclusion, ()).named) == 2
+    selection = conclude(select(posed))
+    first, second = selection.accepted
+    assert len(explain(selection, ()).named) == 2
     accepted = (first, replace(second, form_of=first.name))
-    joined = replace(conclusion, selection=replace(conclusion.selection, accepted=accepted))
-    (one,) = explain(posed, joined, ()).named
+    (one,) = explain(replace(selection, accepted=accepted), ()).named
     assert (one.name, [part.name for part in one.also]) == (first.name, [second.name])
     assert second.name in one.alternatives

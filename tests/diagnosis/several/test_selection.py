@@ -68,8 +68,8 @@ def member(
     found = {one: judge_settings(start, [one]) for one in (*listed, *accepted)}
     own = [AcceptedEffect(evidence, alternatives) for one in accepted if (evidence := found[one])]
     results = [CandidateResult(evidence, evidence.nats, 0.0, "") for one in listed if (evidence := found[one])]
-    conclusion: Any = SimpleNamespace(accepted=own, selection=SimpleNamespace(start=start, results=results))
-    examination: Any = SimpleNamespace(conclusion=conclusion, problem=posed)
+    selection: Any = SimpleNamespace(accepted=own, start=start, results=results)
+    examination: Any = SimpleNamespace(selection=selection, problem=posed)
     return PooledRecording.of(examination)
 
 
