@@ -140,7 +140,7 @@ def _without_tones(rest: Array) -> Array:
     spectrum = stft(rest.T)[2]
     size = np.abs(spectrum)
     usual = median_filter(size, (1, NEIGHBOURS, 1))
-    cut = spectrum * np.minimum(1.0, TONE * usual / np.maximum(size, 1e-300))
+    cut = spectrum * np.where(size > TONE * usual, usual / np.maximum(size, 1e-300), 1.0)
     return np.asarray(istft(cut)[1].T[: len(rest)])
 
 
