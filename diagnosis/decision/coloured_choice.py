@@ -29,6 +29,7 @@ NO_GAIN_ALONG_FIELD = "no gain along the field: explained by an attitude error"
 LOSS_ALONG_FIELD = "adds a part along the field that is not measured: explained by an attitude error"
 NOT_SHOWN_BY_MOTION = "hardly observable on this motion: explained by attitude errors"
 SMALL_SHARE_ADDED = "explains too little of the gap"
+LOUDER_NOISE = "explained equally well by louder noise where it acts"
 TURNS = {
     name for effect in EFFECTS if effect.traits.attitude_error for name in (effect.name, effect.traits.equivalent_to)
 }
@@ -131,7 +132,7 @@ class CandidateTest:
         needed = policy.coloured_nats if coloured else policy.accepted(len(EFFECTS))
         inflation, by_chance = self.beside.beyond_chance(fit, needed)
         reasons = itertools.chain(
-            self._refusal_in_colour(fit.evidence, after) if coloured else (),
+            self._refusal_in_colour(fit, after) if coloured else (),
             self._refusal_along_the_field(fit, after, coloured),
             winning_rivals(fit, self.baseline, self.beside, coloured=coloured),
             self._refusal_by_wander(fit, after) if coloured else (),
@@ -161,14 +162,16 @@ class CandidateTest:
         test = CandidateTest(replace(self.selection, end=baseline))
         return not test.of(test.beside.fit_candidate(fit.evidence, fit.columns)).refusal
 
-    def _refusal_in_colour(self, evidence: Evidence, after: Baseline) -> Iterator[str]:
-        """Low survival, by which a candidate imitates attitude errors, and a small share of the gap."""
-        policy, needs = self.problem.policy, evidence.candidate.effect.needs
+    def _refusal_in_colour(self, fit: CandidateFit, after: Baseline) -> Iterator[str]:
+        """Low survival, as of what imitates attitude errors, a small share of the gap, and a burst of noise."""
+        policy, needs = self.problem.policy, fit.evidence.candidate.effect.needs
         turns = self.problem.turns and not {"attitude", "rate"}.isdisjoint(needs)
-        if turns and evidence.survival < policy.hardly_any:
+        if turns and fit.evidence.survival < policy.hardly_any:
             yield NOT_SHOWN_BY_MOTION
         if added_share(self.selection.start, self.baseline, after.squares) < policy.trace:
             yield SMALL_SHARE_ADDED
+        if self.beside.nats_in_its_own_noise(fit) <= policy.coloured_nats:
+            yield LOUDER_NOISE
 
     def _refusal_along_the_field(self, fit: CandidateFit, after: Baseline, coloured: bool) -> Iterator[str]:
         """An error of the attitude: no gain along the field in a coloured residual, or a loss there in any."""

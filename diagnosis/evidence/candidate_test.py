@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
@@ -16,7 +17,10 @@ from diagnosis.evidence.hypothesis import (
     held_out_squares,
     in_sample_gains,
     information_matrices,
+    products,
     project_out,
+    remaining,
+    solved,
     white_noise_model,
 )
 from diagnosis.evidence.noise_model import NoiseModel
@@ -119,6 +123,19 @@ class ColouredBaseline:
         inflation = inflation_by_chance(surrogates, fit.columns.shape[2])
         by_chance = "" if fit.gain > surrogates.max() else NO_BETTER_THAN_SURROGATES
         return inflation, by_chance if fit.gain / inflation > needed else TOO_LITTLE
+
+    def nats_in_its_own_noise(self, fit: CandidateFit) -> float:
+        """Nats of a candidate with the size of the noise where it acts as unknown, if clearly larger than elsewhere.
+
+        ``N / 2 ln(1 + 2 gain / (V N))`` with ``V = sum f^2 r^2 / sum f^2`` and ``N = (sum f^2)^2 / sum f^4``, f the
+        fitted effect and r the residual, whitened [White1980]: louder noise in a part of the run gains as an effect.
+        """
+        left = remaining(fit.rows, self.accepted_columns, fit.columns, fit.hypothesis.noise_model)
+        added = left[:, :, :-1] @ solved(products(left))
+        power = added**2 / max(float((added**2).sum()), 1e-300)
+        V, N = float((power * (left[:, :, -1] - added) ** 2).sum()), 1 / max(float((power**2).sum()), 1e-300)
+        louder = fit.rows.policy.clearly_larger < V
+        return N / 2 * math.log1p(2 * max(fit.gain, 0.0) / (V * N)) if louder else fit.gain
 
     def surrogate_gains(self, candidate: CandidateFit) -> Array:
         """Nats (m,) that time-shifted columns of a candidate gain in sample from the candidate's residual."""

@@ -129,3 +129,17 @@ def test_the_mean_of_an_attitude_that_wanders_is_no_constant_turn_and_no_error_o
     kicks = np.random.default_rng(seed).normal(size=(2000, 3)) * np.sqrt(2 / 3000)
     wander = lfilter([1.0], [1.0, -np.exp(-1 / 3000)], kicks, axis=0)
     assert select(_misturned(0.05 * wander)).accepted == ()
+
+
+@pytest.mark.parametrize("seed", [1, 3])
+def test_a_burst_of_noise_is_no_effect_of_its_part(seed: int) -> None:
+    """Two seconds of noise of twenty times the size, beside a walk: any effect in them gains hundreds of nats."""
+    given, rng = recording(), np.random.default_rng(seed)
+    begin_s, n = rng.uniform(50, 300), len(given)
+    rng.normal(size=n)
+    walk_nT = 0.05 * np.cumsum(rng.normal(size=(n, 3)), axis=0)
+    acts = (given.time_s >= begin_s) & (given.time_s < begin_s + 2.0)
+    loud_nT = 40.0 * np.stack(
+        [np.convolve(rng.normal(size=n), np.ones(5) / 5**0.5, mode="same") for _ in range(3)], axis=1
+    )
+    assert select(problem(replace(given, mag_nT=given.mag_nT + walk_nT + loud_nT * acts[:, None]))).accepted == ()
