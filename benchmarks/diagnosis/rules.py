@@ -131,7 +131,7 @@ NOTHING: Mapping[str, Mapping[str, Neutral]] = {
         "find_slow_noise": answer(None),
         "is_form_error": answer(value=False),
         "iron_changes": answer(((), ())),
-        "beyond_wander": lambda rule, iron, selection: tuple(iron),
+        "beyond_wander": lambda rule, iron, *rest: tuple(iron),
         "_beats_coloured_noise": answer(value=True),
         "_is_conventional": answer(value=False),
         "_is_negligible": answer(value=False),

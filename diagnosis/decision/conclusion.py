@@ -30,7 +30,7 @@ def conclude(selection: Selection) -> Selection:
     noise = slow_noise(main_first)
     iron, conventional = iron_changes(selection) if problem.iron_known else ((), ())
     if noise is not None or states_slow_noise(problem):
-        iron = beyond_wander(iron, selection)
+        iron = beyond_wander(iron, selection, noise)
     return replace(main_first, iron=tuple(iron), conventional=tuple(conventional), noise=noise)
 
 
@@ -57,12 +57,16 @@ def _excess_rms(selection: Selection) -> float:
     return float(np.sqrt(max((selection.end.residual() ** 2).mean() - 1, 0.0)))
 
 
-def beyond_wander(iron: Sequence[AcceptedEffect], selection: Selection) -> tuple[AcceptedEffect, ...]:
+def beyond_wander(
+    iron: Sequence[AcceptedEffect], selection: Selection, noise: SlowNoise | None
+) -> tuple[AcceptedEffect, ...]:
     """Changes of the iron that a slow wander, found or stated by the model, does not make by moving the mean.
 
-    Constants, and changes that the data do not distinguish from a constant, stay only where far larger than the wander.
+    Constants, and changes that the data do not distinguish from a constant, stay only where far larger than the mean of
+    the noise, or than a stated wander itself.
     """
-    most = selection.end.problem.policy.tenfold * _excess_rms(selection)
+    wander = _excess_rms(selection) if noise is None else noise.mean_std
+    most = selection.end.problem.policy.tenfold * wander
 
     def may_be_constant(change: AcceptedEffect) -> bool:
         return any(BY_NAME[name].traits.constant for name in (change.name, *change.alternatives))

@@ -55,11 +55,18 @@ def run_residual_tests(
     whole = _bridge_unused(time_s, residual, usable)
     if lines := tones(time_s, whole, false_alarm=policy.spectrum_alarm)[:MOST_TONES]:
         why.append("tones at " + ", ".join(f"{figure(line.frequency_hz, 4)} Hz" for line in lines))
-    used = residual[usable > 0]
-    kurtosis = float(((used**4).mean(axis=0) / (used**2).mean(axis=0) ** 2).mean()) - 3
-    if tails and kurtosis > policy.never_sigma * np.sqrt(24 / residual.size) + policy.tail_excess:
-        why.append(f"heavy tails: excess kurtosis {kurtosis:.1f}")
+    if tails and has_heavy_tails(used := residual[usable > 0], policy):
+        why.append(f"heavy tails: excess kurtosis {_excess_kurtosis(used):.1f}")
     return ResidualTests(tuple(why))
+
+
+def has_heavy_tails(values: Array, policy: Policy) -> bool:
+    """Whether values (n, q) have larger tails than normal ones of their number."""
+    return _excess_kurtosis(values) > policy.never_sigma * math.sqrt(24 / values.size) + policy.tail_excess
+
+
+def _excess_kurtosis(values: Array) -> float:
+    return float(((values**4).mean(axis=0) / (values**2).mean(axis=0) ** 2).mean()) - 3
 
 
 def _white_variance(residual: Array, usable: Array, fitted: int, memory: int) -> Array:

@@ -13,6 +13,7 @@ from scipy.stats import chi2
 from diagnosis.evidence.along_field import is_attitude_error
 from diagnosis.evidence.localise import TIME, localise
 from diagnosis.evidence.noise_model import NoiseModel
+from diagnosis.evidence.residual_tests import has_heavy_tails
 from diagnosis.library.parameter_search import between_neighbours
 from diagnosis.policy import Policy
 from diagnosis.problem.blocks import Cut
@@ -30,20 +31,23 @@ Density = Callable[[Array], Array]
 class SlowNoise:
     """Slow noise: the effect at its fitted size, equally likely alternatives, and evidence in nats.
 
-    identified: the noise dominates at enough frequencies to be distinguished from any slow disturbance.
+    identified: the noise dominates at enough frequencies to be distinguished from any slow disturbance. mean_std:
+    standard deviation of its mean over the run, in units of the noise of a sample.
     """
 
     effect: Effect
     alternatives: tuple[str, ...]
     gain: float
     identified: bool
+    mean_std: float
 
 
 def find_slow_noise(problem: LinearProblem, residual: Array) -> SlowNoise | None:
     """Slow noise of the offset in a residual (n, q) in units of the noise; None without evidence, or of another form.
 
     None where a channel explains more of the residual than time does, where the residual has no part along the field,
-    as attitude errors have none, and where it is likelier slow along the Earth's axes.
+    as attitude errors have none, where it is likelier slow along the Earth's axes, and where the innovations are not
+    random, or have heavy tails unless `wrong_values` leave them.
     """
     policy, interval_s, base = problem.policy, problem.state.interval_s, problem.base
     if (
@@ -57,11 +61,14 @@ def find_slow_noise(problem: LinearProblem, residual: Array) -> SlowNoise | None
     residual = _refitted(residual, base, SlowSpectrum.of(residual, interval_s, policy))
     spectrum = SlowSpectrum.of(residual, interval_s, policy)
     found = fit_axes(residual, problem.usable, spectrum, policy)
-    if found.gain <= policy.apart or not (spectrum.agrees(policy) and is_random(found.innovations, policy)):
+    heavy = not problem.wrong_values and has_heavy_tails(found.innovations, policy)
+    steps = _step_means(found.innovations, problem.state.time_s, policy)
+    if heavy or found.gain <= policy.apart or not (spectrum.agrees(policy) and is_random(steps, policy)):
         return None
     std_nT = np.sqrt(np.resize(found.sizes, 3)) * np.resize(problem.sigma_nT[: residual.shape[1]], 3)
     identified = spectrum.lines_above_white(policy) >= policy.least_noise_lines
-    return SlowNoise(spectrum.as_effect(std_nT), spectrum.others, found.gain, identified)
+    mean_std = spectrum.mean_std(float(np.mean(found.sizes)))
+    return SlowNoise(spectrum.as_effect(std_nT), spectrum.others, found.gain, identified, mean_std)
 
 
 def follows_time_only(problem: LinearProblem, residual: Array) -> bool:
@@ -141,6 +148,11 @@ class SlowSpectrum:
         values: dict[str, Any] = {**self.listed, str(self.effect.with_role("level")): tuple(level.tolist())}
         return self.effect(**values)
 
+    def mean_std(self, size: float) -> float:
+        """Standard deviation ``(S(1 / 2T) / 2T)^1/2`` of the mean over the run T, S one-sided and of a given size."""
+        run_s = self.bands.samples * self.bands.interval_s
+        return float(np.sqrt(size * self.shape(np.array([0.5 / run_s]))[0] / (2 * run_s)))
+
     def agrees(self, policy: Policy) -> bool:
         """Whether no band deviates significantly from S."""
         ratio = self.bands.power / self.density(self.bands.f)
@@ -162,7 +174,7 @@ def _refitted(residual: Array, base: Array, spectrum: SlowSpectrum) -> Array:
 
 
 class AxesFit(NamedTuple):
-    """Log-likelihood, gain in nats over white noise, size (q,) of the slow noise of each axis, innovations (m, q)."""
+    """Log-likelihood, gain in nats over white noise, size (q,) of each axis, and innovations (n, q) where known."""
 
     score: float
     gain: float
@@ -189,8 +201,7 @@ def fit_axes(residual: Array, usable: Array, spectrum: SlowSpectrum, policy: Pol
     less, same, more = (whitened(factor * sizes)[1] for factor in (0.5, 1.0, 2.0))
     sizes *= 2 ** np.clip((more - less) / 2 / np.maximum(2 * same - less - more, 1e-9), -1, 1)
     (innovations, score), white = whitened(sizes), whitened(0 * sizes)[1]
-    steps = _step_means(innovations, bands.interval_s, policy)
-    return AxesFit(float(score.sum()), float((score - white).sum()), sizes, steps)
+    return AxesFit(float(score.sum()), float((score - white).sum()), sizes, innovations[known > 0])
 
 
 def _whitened(rows: Array, known: Array, bands: Bands, policy: Policy) -> tuple[Array, Array]:
@@ -200,9 +211,9 @@ def _whitened(rows: Array, known: Array, bands: Bands, policy: Policy) -> tuple[
     return z[:, :, 0], -(z[:, :, 0] ** 2 + ln_S).sum(axis=0) / 2
 
 
-def _step_means(rows: Array, row_s: float, policy: Policy) -> Array:
-    """Means (m, q) of rows (n, q) over `step_s`, adapted to give `least_steps` to `most_steps`."""
-    n = len(rows)
+def _step_means(rows: Array, time_s: Array, policy: Policy) -> Array:
+    """Means (m, q) of rows (n, q) of the samples at times (N,) over `step_s`, `least_steps` to `most_steps` of them."""
+    n, row_s = len(rows), float(np.median(np.diff(time_s))) * (-(-len(time_s) // policy.most_rows))
     length = max(1, min(round(policy.step_s / row_s), n // policy.least_steps), n // policy.most_steps)
     return Cut(length, n // length).means(rows)
 

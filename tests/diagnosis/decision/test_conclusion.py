@@ -36,7 +36,7 @@ DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not 
 WARM = next(effect for effect in EFFECTS if any(p.unit == "nT/K" for p in effect.parameters()))
 KIN = tuple(effect for effect in EFFECTS if effect.traits.family)
 CLEAN, LEFT = ResidualTests(()), ResidualTests(("means",))
-NOISE = SlowNoise(WhiteNoise((1.0, 1.0, 1.0)), (), 50.0, identified=True)
+NOISE = SlowNoise(WhiteNoise((1.0, 1.0, 1.0)), (), 50.0, identified=True, mean_std=0.1)
 
 
 def _evidence(effect: type[Effect], gain: float, width: int, policy: Policy = STANDARD) -> Evidence:
@@ -163,17 +163,21 @@ def test_iron_is_asked_only_where_the_model_knows_it(moved: Selection, nothing: 
     assert conclude(nothing).iron == ()
 
 
+@pytest.mark.parametrize("found", [True, False])
 @pytest.mark.parametrize(("wander", "kept"), [(0.9, True), (1.1, False)])
-def test_a_wander_takes_constants_with_it_that_are_not_far_larger(wander: float, kept: bool, moved: Selection) -> None:
-    """A tenth of the change, more or less."""
+def test_a_wander_takes_constants_with_it_that_are_not_far_larger(
+    wander: float, kept: bool, found: bool, moved: Selection
+) -> None:
+    """A tenth of the change, more or less: the mean of a noise that is found, or a stated noise itself."""
     (one,) = iron_changes(moved).changes
-    left = np.full(moved.start.problem.target.shape, np.hypot(1.0, wander * one.evidence.strength / 10))
+    most = wander * one.evidence.strength / 10
+    left = np.full(moved.start.problem.target.shape, np.hypot(1.0, 0.1 * most if found else most))
     end: Any = SimpleNamespace(problem=moved.end.problem, residual=lambda: left)
-    wandering = replace(moved, end=end)
+    wandering, noise = replace(moved, end=end), replace(NOISE, mean_std=most) if found else None
     turn = Candidate(next(effect for effect in EFFECTS if effect.traits.absorbed and not effect.traits.constant))
     alike = AcceptedEffect(replace(one.evidence, candidate=turn), (one.name,))
     apart = replace(alike, alternatives=())
-    assert beyond_wander((one, alike, apart), wandering) == ((one, alike, apart) if kept else (apart,))
+    assert beyond_wander((one, alike, apart), wandering, noise) == ((one, alike, apart) if kept else (apart,))
 
 
 def test_on_a_still_vehicle_everything_looks_like_iron() -> None:

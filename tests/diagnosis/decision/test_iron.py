@@ -220,3 +220,17 @@ def test_of_slow_noise_a_slow_log_makes_no_change_of_the_iron(offset_nT: float, 
     slow = replace(made, time_s=20 * made.time_s, mag_nT=made.mag_nT + offset_nT * np.array([1.0, -1.0, 1.0]))
     names = [one.name for one in iron_changes(select(problem(slow))).changes]
     assert names == ["hard_iron"] * bool(offset_nT)
+
+
+def test_a_hard_iron_that_is_off_is_told_beside_noise_whose_mean_is_known_far_better() -> None:
+    """Gauss-Markov noise of 10 s has a mean that is known to a seventh of its size in 400 s."""
+    hidden = {
+        "hard_iron": {"offset_nT": [25.0, -20.0, 15.0]},
+        "gauss_markov_noise": {"std_nT": [6.0] * 3, "correlation_time_s": 10.0},
+    }
+    posed = problem(hidden=hidden)
+    found = conclude(select(posed))
+    assert [one.name for one in found.iron] == ["hard_iron"]
+    assert found.noise is not None
+    quiet = conclude(select(problem(hidden={"gauss_markov_noise": hidden["gauss_markov_noise"]})))
+    assert (quiet.iron, quiet.noise is not None) == ((), True)

@@ -233,3 +233,14 @@ def test_a_constant_is_in_no_band_and_a_wave_of_two_periods_is() -> None:
     slow = 1e3 * np.sin(4 * np.pi * t)
     constant, wave = (Bands.of(one[:, None], 0.1, *BANDS).power.max() for one in (0 * t + 1e3, slow))
     assert constant < 1e-6 * wave
+
+
+def test_pulses_that_come_at_random_and_die_away_are_no_noise_of_the_sensor() -> None:
+    """Their spectrum is a Gauss-Markov process', their tails are not."""
+    given, rng = recording(), np.random.default_rng(0)
+    drive = np.zeros((len(given), 3))
+    drive[rng.choice(len(given), 25, replace=False)] = 12 * NOISE_NT * rng.normal(size=(25, 3))
+    decay = 1 - float(np.median(np.diff(given.time_s))) / 4.0
+    posed = problem(replace(given, mag_nT=given.mag_nT + lfilter([1.0], [1.0, -decay], drive, axis=0)))
+    assert find_slow_noise(posed, _left(posed)) is None
+    assert find_slow_noise(replace(posed, wrong_values=True), _left(posed)) is not None
