@@ -20,7 +20,7 @@ from diagnosis.problem.blocks import fit
 from diagnosis.problem.formulation import pose_again, refit_iron
 from diagnosis.problem.known import ReferenceCorrection
 from diagnosis.problem.linear import LinearProblem
-from diagnosis.problem.motion import attitude_at, attitude_course, pauses_after, sample_noise
+from diagnosis.problem.motion import attitude_at, attitude_course, pauses_after, sample_noise, unknown_attitude
 from scenarios.arrays import Array
 from sim.effects.traits import LATE
 from sim.rotation import matrix_from_q, to_body
@@ -224,17 +224,17 @@ def best_lead_s(problem: LinearProblem, q_at: CubicSpline, first_s: float) -> fl
 
 def lead_gap_nT(problem: LinearProblem, q_at: CubicSpline, lead_s: float) -> float:
     """Rms (nT) of the measured field after a free matrix and offset, along the attitude moved by a lead."""
-    used = (problem.usable > 0) & known_attitude(problem, lead_s)
+    used = (problem.usable > 0) & ~without_attitude(problem, lead_s)
     change_enu_nT = np.zeros((1, 3)) if problem.track is None else problem.track.change_enu_nT
     turns = matrix_from_q(attitude_at(q_at, problem.recording.time_s + lead_s))
     field_nT = to_body(turns, problem.state.field_enu_nT + change_enu_nT)
     return gap_beside_iron_nT(problem.recording.mag_nT[used], field_nT[used])
 
 
-def known_attitude(problem: LinearProblem, lead_s: float) -> NDArray[np.bool_]:
-    """Samples (n,) whose attitude was logged before the end of the known part."""
-    time_s = problem.recording.time_s
-    return np.asarray(time_s + lead_s <= time_s[problem.usable > 0][-1])
+def without_attitude(problem: LinearProblem, lead_s: float) -> NDArray[np.bool_]:
+    """Samples (n,) whose attitude was logged after the known part, or in a pause."""
+    time_s, last = problem.recording.time_s, int(np.flatnonzero(problem.usable)[-1])
+    return unknown_attitude(time_s[: last + 1], time_s + lead_s, problem.policy)
 
 
 def _moved(problem: LinearProblem, q_at: CubicSpline, lead_s: float, falls: str) -> LinearProblem:
@@ -250,7 +250,7 @@ def _moved(problem: LinearProblem, q_at: CubicSpline, lead_s: float, falls: str)
     recording = replace(problem.recording, att_q=attitude_at(q_at, problem.recording.time_s + lead_s))
     delay_s, corrections = problem.attitude_delay_s + lead_s, (*problem.corrections, done)
     moved = pose_again(problem, recording, attitude_delay_s=delay_s, corrections=corrections)
-    return moved.without(~known_attitude(problem, lead_s))
+    return moved.without(without_attitude(problem, lead_s))
 
 
 WAYS: tuple[tuple[OtherProblems, IsBetter], ...] = (

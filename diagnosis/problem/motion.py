@@ -100,7 +100,7 @@ def attitude_at_its_time(
 ) -> tuple[Recording, float, NDArray[np.bool_]]:
     """A recording with its attitude interpolated between new values and moved by a delay, if either is needed.
 
-    Further the share of interpolated rows, and the rows (n,) after the attitude's last value, where it is unknown.
+    Further the share of interpolated rows, and the rows (n,) whose attitude is not known.
     """
     q, time_s = recording.att_q, recording.time_s
     if q is None:
@@ -108,7 +108,13 @@ def attitude_at_its_time(
     (known, share), then_s = _known_rows(recording.mag_nT, q, policy), time_s + delay_s
     if share or delay_s:
         recording = replace(recording, att_q=attitude_at(attitude_course(time_s[known], q[known]), then_s))
-    return recording, share, np.asarray(then_s > time_s[known[-1]])
+    return recording, share, unknown_attitude(time_s[known], then_s, policy)
+
+
+def unknown_attitude(known_s: Array, then_s: Array, policy: Policy) -> NDArray[np.bool_]:
+    """Mask (n,) of times after the last known attitude (m,), or within a pause of the known ones."""
+    after, pauses = np.searchsorted(known_s, then_s), [*pauses_after(known_s, policy), len(known_s) - 1]
+    return np.isin(after - 1, pauses) & (np.append(known_s, np.inf)[after] > then_s)
 
 
 def _known_rows(mag_nT: Array, q: Array, policy: Policy) -> tuple[NDArray[np.intp], float]:

@@ -16,8 +16,8 @@ from diagnosis.decision.second_passes import (
     best_lead_s,
     gyro_agrees,
     is_late,
-    known_attitude,
     lead_gap_nT,
+    without_attitude,
 )
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.library.candidates import Candidate
@@ -98,7 +98,20 @@ def test_the_lead_leaves_no_delay_of_its_own() -> None:
 def test_rows_of_an_unknown_attitude_are_not_reached_into() -> None:
     """The last rows of a slower attitude stand, and are left out."""
     problem = posed(field_at(TIME_S), hand_q(TIME_S)).without(np.arange(len(TIME_S)) >= len(TIME_S) - 5)
-    assert np.flatnonzero(~known_attitude(problem, 0.1)).tolist() == list(range(len(TIME_S) - 8, len(TIME_S)))
+    assert np.flatnonzero(without_attitude(problem, 0.1)).tolist() == list(range(len(TIME_S) - 8, len(TIME_S)))
+
+
+def test_what_follows_a_pause_is_not_known_ahead_of_it() -> None:
+    """Moved to its time, an attitude just ahead of a pause would be one from within the pause."""
+    given, late_s = field_at(TIME_S), 0.09
+    there = (np.abs(TIME_S - 60.0) > 4.0) & (np.abs(TIME_S - 110.0) > 3.0)
+    noise = NOISE_NT * np.random.default_rng(1).normal(size=given.shape)
+    log = Recording(
+        time_s=TIME_S[there], mag_nT=(given + OFFSET_NT + noise)[there], att_q=hand_q(TIME_S - late_s)[there]
+    )
+    told = diagnose(log, ModelSpec(), field_enu_nT=FIELD_ENU_NT, fitted_base=True)
+    assert (told.verdict, told.named) == (Verdict.NONE, ())
+    assert told.sentence.startswith("The attitude comes 90")
 
 
 def test_the_lead_is_sought_in_the_field_along_the_track() -> None:
