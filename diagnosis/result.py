@@ -22,6 +22,8 @@ from scenarios.arrays import Array
 from sim.effects.base import Effect
 from sim.effects.parameters import Parameter
 from sim.scenario import Model, Scenario
+from validation.signals.amplitude import rms
+from validation.text import digits
 
 NORMAL_95 = 1.96
 """Standard deviations of a 95 % interval."""
@@ -229,6 +231,19 @@ class Diagnosis(Explanation):
     def __repr__(self) -> str:
         """Return verdict and sentence."""
         return f"{self.verdict}: {self.sentence}"
+
+    @cached_property
+    def left_nT(self) -> float:
+        """Rms of the residual of the named effects beside the fitted iron."""
+        return rms(self.after_nT[self.problem.usable > 0])
+
+    @property
+    def unexplained(self) -> tuple[str, ...]:
+        """Structure left in the residual, and a written model that leaves clearly more than the named effects do."""
+        left_nT, most_nT = self.resimulated_nT, self.problem.policy.clearly_larger * self.left_nT
+        if left_nT is None or left_nT <= most_nT or not self.named:
+            return super().unexplained
+        return (*super().unexplained, f"run by the simulator, the new model leaves {digits(left_nT)} nT")
 
     @property
     def not_observable(self) -> tuple[str, ...]:

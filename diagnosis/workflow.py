@@ -29,7 +29,6 @@ from recordings import Recording
 from scenarios.arrays import Array
 from sim.effects import BY_NAME
 from sim.scenario import Model
-from validation.signals.amplitude import rms
 
 Progress = Callable[[str], object]
 
@@ -134,19 +133,28 @@ def _curves(selection: Selection, found: Explanation, verdict: Verdict) -> Expla
 
 
 def _resimulated(diagnosis: Diagnosis, examination: Examination) -> Diagnosis:
-    """The diagnosis with what its written model leaves, and with fitted iron in the model where it leaves less.
+    """The diagnosis with what its written model leaves; a model that leaves far more than its effects is no answer."""
+    problem, policy = diagnosis.problem, diagnosis.problem.policy
+    left_nT = resimulated_rms_nT(examination.whole.recording, diagnosis.model, problem)
+    told = replace(diagnosis, resimulated_nT=left_nT)
+    if left_nT is None or all(cause.kind in OF_VALUES for cause in diagnosis.named):
+        return told
+    wanders = examination.selection.noise is not None  # its mean over the run is no iron
+    told = told if wanders else _with_fitted_iron(told, left_nT, examination)
+    most_nT = (policy.tenfold if wanders else policy.clearly_larger) * told.left_nT
+    more = told.verdict.explained and (told.resimulated_nT or 0.0) > most_nT
+    return replace(told, verdict=Verdict.PARTIAL) if more else told
+
+
+def _with_fitted_iron(told: Diagnosis, left_nT: float, examination: Examination) -> Diagnosis:
+    """The diagnosis with fitted iron in the model where the given iron leaves more than the effects, and this less.
 
     A curve of a channel, or a cause beside an unknown one, is known next to fitted iron alone.
     """
-    problem, recording, larger = diagnosis.problem, examination.whole.recording, diagnosis.problem.policy.larger
-    left_nT = resimulated_rms_nT(recording, diagnosis.model, problem)
-    told = replace(diagnosis, resimulated_nT=left_nT)
-    fitted = any(cause.kind not in OF_VALUES for cause in diagnosis.named)
-    wanders = examination.selection.noise is not None  # its mean over the run is no iron
-    claimed_nT = larger * rms(diagnosis.after_nT[problem.usable > 0])
-    if left_nT is None or left_nT < claimed_nT or not fitted or wanders or not problem.iron_known:
+    problem = told.problem
+    if not problem.iron_known or left_nT < problem.policy.larger * told.left_nT:
         return told
-    model = patch_model(examination.model, diagnosis.named, replace(problem, iron_known=False))
-    anew_nT = resimulated_rms_nT(recording, model, problem)
-    better = anew_nT is not None and anew_nT * larger < left_nT
+    model = patch_model(examination.model, told.named, replace(problem, iron_known=False))
+    anew_nT = resimulated_rms_nT(examination.whole.recording, model, problem)
+    better = anew_nT is not None and anew_nT * problem.policy.larger < left_nT
     return replace(told, model=model, resimulated_nT=anew_nT, iron_anew=True) if better else told

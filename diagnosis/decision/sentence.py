@@ -26,13 +26,12 @@ LISTED_CHANNELS = 3
 
 def sentence_for(diagnosis: Diagnosis) -> str:
     """Summarise a diagnosis in one sentence for a field engineer, after the remarks and before iron that is new."""
-    verdict, left = diagnosis.verdict, "; ".join(diagnosis.unexplained or diagnosis.doubts)
     wrong = [diagnosis.correction_of(cause) is not None for cause in diagnosis.named]
-    told = verdict.sentence(
+    told = diagnosis.verdict.sentence(
         lacks="Wrong in the model" if wrong and all(wrong) else f"Missing{' or wrong' * any(wrong)} in the model",
         causes="; ".join(_described(diagnosis, cause) for cause in diagnosis.named),
         share=_share(diagnosis),
-        left=f"{digits(diagnosis.gap.structure_nT[1])} nT: {left}" if verdict is Verdict.PARTIAL else left,
+        left=_left(diagnosis),
         nearest=_nearest(diagnosis),
         goes_with=_course(diagnosis),
     )
@@ -44,6 +43,13 @@ def sentence_for(diagnosis: Diagnosis) -> str:
     return " ".join([*remarks(diagnosis), told])
 
 
+def _left(diagnosis: Diagnosis) -> str:
+    """What is not explained; of a part the structure in nT too, where the residual has one."""
+    left = "; ".join(diagnosis.unexplained or diagnosis.doubts)
+    sized = diagnosis.verdict is Verdict.PARTIAL and (diagnosis.after.why or diagnosis.rise)
+    return f"{digits(diagnosis.gap.structure_nT[1])} nT: {left}" if sized else left
+
+
 def _described(diagnosis: Diagnosis, cause: NamedEffect) -> str:
     """A named effect; one that the model states by its corrected parameters and those stated."""
     logged = {current: channel for channel, current in as_currents(diagnosis.problem.recording).items()}
@@ -51,11 +57,17 @@ def _described(diagnosis: Diagnosis, cause: NamedEffect) -> str:
     second = f", {'' if cause.transfer is Transfer.TRANSFERRED else 'not '}confirmed by the second recording"
     if (both := diagnosis.correction_of(cause)) is not None:
         given, new = both
-        differing = ((p, getattr(given, p.name)) for p in in_use(new) if getattr(given, p.name) != getattr(new, p.name))
-        values = (f"{p.name} {short(np.asarray(was).tolist())} {p.unit}".rstrip() for p, was in differing)
-        cause, stated = replace(cause, effect=new), f" (stated: {', '.join(values)})"
+        differing = [p for p in in_use(new) if getattr(given, p.name) != getattr(new, p.name)]
+        further = [_value(new, p) for p in differing if p is not main_parameter(new)]
+        cause, stated = replace(cause, effect=new), f" (stated: {', '.join(_value(given, p) for p in differing)})"
+        stated = ", ".join(["", *further]) + stated
     told = describe_effect(cause, when, logged, motion) + stated
     return told + second if diagnosis.has_second and cause.transferable else told
+
+
+def _value(effect: Effect, p: Parameter) -> str:
+    """ "lag_s 0.5 s"."""
+    return f"{p.name} {short(np.asarray(getattr(effect, p.name)).tolist())} {p.unit}".rstrip()
 
 
 def _share(diagnosis: Diagnosis) -> str:

@@ -77,7 +77,8 @@ def test_a_wrong_lag_is_found_anew_in_place_of_the_stated_one() -> None:
     assert [cause.name for cause in found.named] == ["motor_current"]
     (motor,) = (effect for effect in found.model.chain() if effect.name == "motor_current")
     assert motor.lag_s == pytest.approx(0.4, abs=0.02)
-    assert "stated: " in found.sentence
+    assert "lag_s 0.4" in found.sentence.split("(stated: ")[0]
+    assert "lag_s 1.4 s)" in found.sentence.split("(stated: ")[1]
     assert found.gap.before_nT < 12.0  # the gap that the given model leaves, not one without its motor
 
 

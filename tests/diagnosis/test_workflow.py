@@ -267,3 +267,15 @@ def test_a_level_spiral_cannot_tell_eddy_currents_from_soft_iron_and_the_advised
     assert any("fly" in line for line in level.advice)
     excited = diagnosed(hidden, "auv-spiral-excited")
     assert (excited.verdict, [one.name for one in excited.named]) == ("named", ["eddy_current"])
+
+
+def test_a_model_that_the_answer_cannot_bear_out_is_no_certain_answer(flight, model) -> None:  # type: ignore[no-untyped-def]
+    """A mirrored axis is no scale within its bounds: what is written leaves thousands of nT, and says so."""
+    right = flight({})
+    found = diagnose(replace(right, mag_nT=right.mag_nT * [1.0, 1.0, -1.0]), model())
+    assert "x, y, -z, mirrored" in found.sentence
+    assert not found.verdict.explained
+    assert found.resimulated_nT is not None
+    assert (found.resimulated_nT > 100 * found.left_nT) is any(
+        "run by the simulator" in why for why in found.unexplained
+    )
