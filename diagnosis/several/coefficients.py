@@ -19,12 +19,12 @@ OPEN = 1e-9
 class CoefficientEstimate:
     """Information N (k, k) and score g (k,) of k coefficients in one recording; ``c = N^+ g``.
 
-    wider: a root R (k, k) of N, and the covariance (k, k) of ``R c``; None where the stated error is right.
+    wider: covariance (k, k) of c; None where the stated ``N^+`` is right.
     """
 
     N: Array
     g: Array
-    wider: tuple[Array, Array] | None = None
+    wider: Array | None = None
 
     @classmethod
     def of(cls, products: Array, inflation: float = 1.0) -> CoefficientEstimate:
@@ -37,31 +37,18 @@ class CoefficientEstimate:
         return inverse(self.N) @ self.g
 
     @cached_property
-    def error(self) -> tuple[Array, Array]:
-        """A root R (k, k) of the information, and the covariance (k, k) of ``R c``."""
-        return self.wider or (root(self.N), np.eye(len(self.g)))
-
-    @property
     def covariance(self) -> Array:
-        """Covariance (k, k) of the coefficients, without the form error."""
-        R, spread = self.error
-        back = inverse(self.N) @ R.T
-        return np.asarray(back @ spread @ back.T)
+        """Covariance C (k, k) of the coefficients, without the form error."""
+        return inverse(self.N) if self.wider is None else self.wider
 
     def gain(self, c: Array) -> float:
         """Nats explained by given coefficients (k,) under the stated error: ``c^T g - c^T N c / 2``."""
         return float(c @ self.g - c @ self.N @ c / 2)
 
-    def scaled_gain(self, c: Array) -> float:
-        """Nats explained by coefficients (k,) times the best factor above zero, over their inflation."""
-        along, size = float(c @ self.g), float(c @ self.N @ c)
-        return along**2 / (2 * size * self.inflation(c)) if min(along, size) > 0 else 0.0
-
     def inflation(self, c: Array) -> float:
-        """Variance along coefficients (k,) over the stated variance."""
-        R, spread = self.error
-        size, u = float(c @ self.N @ c), R @ c
-        return max(1.0, float(u @ spread @ u) / size) if size > 0 else 1.0
+        """Variance along coefficients (k,) over the stated variance: ``c^T N C N c / c^T N c``, at least one."""
+        size = float(c @ self.N @ c)
+        return max(1.0, float(c @ self.N @ self.covariance @ self.N @ c) / size) if size > 0 else 1.0
 
 
 @dataclass(frozen=True)
@@ -82,26 +69,26 @@ NOT_COMPARED = Agreement(np.zeros(0), np.zeros((0, 0)), 0.0, 0, 1.0)
 def agreement(estimates: Sequence[CoefficientEstimate], form: float, known: int | None = None) -> Agreement:
     """Pool estimates into common coefficients, and test the differences.
 
-    ``Q = sum_i u_i^T (spread_i + R_i F R_i^T)^-1 u_i``, ``u_i = R_i (c_i - c)``, chi-square with ``sum_i rank N_i -
-    rank sum_i N_i`` degrees of freedom. form : share of the effect by which the form is in error from motion to motion,
-    ``F = form^2 (c^T N c / k) N^+`` with N the mean information: an error of that size in any direction. known :
-    degrees of freedom of the error estimates; then Q over its degrees follows an F distribution. The covariance of c
+    ``Q = sum_i d_i^T (C_i + F)^-1 d_i``, ``d_i = c_i - c``, chi-square with ``sum_i rank N_i - rank N`` degrees of
+    freedom, ``N = sum_i N_i``. form : share of the effect by which the form is in error from motion to motion, ``F =
+    form^2 (c^T N c / k) N^+``: an error of that size in any direction. known : degrees of freedom of the error
+    estimates; then Q over its degrees follows an F distribution. The covariance of c, ``N^+ (sum_i N_i C_i N_i) N^+``,
     excludes F, and grows with differences between recordings beyond their own errors.
     """
-    common = pool_estimates(estimates)
-    c, Q, plain = common.c, 0.0, 0.0
-    F = form**2 * float(c @ common.N @ c) / len(c) * inverse(common.N)
-    for estimate in estimates:
-        R, spread = estimate.error
-        u = R @ (estimate.c - c)
-        Q += float(u @ np.linalg.solve(spread + R @ F @ R.T, u))
-        plain += float(u @ np.linalg.solve(spread, u))
-    degrees = sum(rank(estimate.N) for estimate in estimates) - rank(common.N)
-    spread = np.mean([estimate.error[1] for estimate in estimates], axis=0)
-    wide = replace(common, wider=(common.error[0], spread))
-    scatter, per_degree = max(1.0, plain / max(degrees, 1)), Q / max(degrees, 1)
-    tail = chi2.sf(Q, degrees) if known is None else f.sf(per_degree, degrees, known)
-    return Agreement(c, scatter * wide.covariance, Q, degrees, float(tail) if degrees else 1.0)
+    common, roots = pool_estimates(estimates), [root(one.N) for one in estimates]
+    c, back = common.c, inverse(common.N)
+    F = form**2 * float(c @ common.N @ c) / len(c) * back
+
+    def squares(F: Array) -> float:
+        u = [R @ (one.c - c) for R, one in zip(roots, estimates, strict=True)]
+        errors = (R @ (one.covariance + F) @ R.T for R, one in zip(roots, estimates, strict=True))
+        return sum(float(off @ inverse(error) @ off) for off, error in zip(u, errors, strict=True))
+
+    degrees = sum(rank(one.N) for one in estimates) - rank(common.N)
+    Q, scatter = squares(F), max(1.0, squares(0.0 * F) / max(degrees, 1))
+    tail = chi2.sf(Q, degrees) if known is None else f.sf(Q / max(degrees, 1), degrees, known)
+    propagated = back @ np.sum([one.N @ one.covariance @ one.N for one in estimates], axis=0) @ back
+    return Agreement(c, scatter * propagated, Q, degrees, float(tail) if degrees else 1.0)
 
 
 def with_scatter(
@@ -125,7 +112,8 @@ def with_scatter(
     m = len(parts_of_each[0])
     values, vectors = np.linalg.eigh(np.transpose(u) @ np.array(u) * m / (m - 1) / len(parts_of_each))
     spreads = [vectors * np.maximum(values, floor) @ vectors.T for floor in least]
-    return [replace(one, wider=(R, spread)) for one, R, spread in zip(whole, roots, spreads, strict=True)]
+    back = [inverse(one.N) @ R.T for one, R in zip(whole, roots, strict=True)]
+    return [replace(one, wider=B @ S @ B.T) for one, B, S in zip(whole, back, spreads, strict=True)]
 
 
 def pool_estimates(estimates: Sequence[CoefficientEstimate]) -> CoefficientEstimate:
@@ -154,9 +142,9 @@ def size_ratios(estimates: Mapping[int, CoefficientEstimate]) -> dict[int, tuple
     """
     ratios = {}
     for i, c in predicted_by_others(estimates).items():
-        estimate, information = estimates[i], float(c @ estimates[i].N @ c)
-        if 2 * estimate.scaled_gain(c) > estimate.scaled_gain(estimate.c):
-            ratios[i] = float(c @ estimate.g) / information, (estimate.inflation(c) / information) ** 0.5
+        one, along, size = estimates[i], float(c @ estimates[i].g), float(c @ estimates[i].N @ c)
+        if along > 0 and 2 * along**2 > size * float(one.c @ one.g):
+            ratios[i] = along / size, (one.inflation(c) / size) ** 0.5
     return ratios
 
 

@@ -117,7 +117,7 @@ def test_the_best_factor_of_given_coefficients_is_that_of_a_fit_of_their_course(
     found, course = size_ratios({3: own, 5: others})[3], X @ c
     assert found[0] == pytest.approx(course @ y / (course @ course))
     assert found[1] == pytest.approx((course @ course) ** -0.5)
-    wide = replace(own, wider=(np.linalg.cholesky(X.T @ X).T, 9.0 * np.eye(2)))
+    wide = replace(own, wider=9.0 * np.linalg.inv(X.T @ X))
     assert size_ratios({0: wide, 1: others})[0] == pytest.approx((found[0], 3.0 * found[1]))
 
 
@@ -145,24 +145,18 @@ def test_one_recording_agrees_with_itself() -> None:
     assert predicted_by_others({0: one})[0].tolist() == [0.0, 0.0, 0.0]
 
 
-def test_what_a_factor_explains_is_the_likelihood_ratio_of_a_fit_over_its_inflation() -> None:
-    """``(c^T g)^2 / (2 c^T N c)`` for a positive factor; nothing for a negative one, or for no course."""
-    rng = np.random.default_rng(8)
-    X, c = rng.normal(size=(40, 2)), np.array([1.0, 2.0])
-    y = 0.5 * X @ c + rng.normal(size=40)
-    N, g, course = X.T @ X, X.T @ y, X @ c
-    left = y - course * (course @ y) / (course @ course)
-    nats = (y @ y - left @ left) / 2
-    assert CoefficientEstimate(N, g).scaled_gain(c) == pytest.approx(nats)
-    assert CoefficientEstimate(N, g).scaled_gain(-c) == 0.0
-    assert CoefficientEstimate(0.0 * N, g).scaled_gain(c) == 0.0
-    assert CoefficientEstimate(N / 1e4, g / 1e4).scaled_gain(c) == pytest.approx(nats / 1e4)
-    wide = CoefficientEstimate(N, g, (np.linalg.cholesky(N).T, 4.0 * np.eye(2)))
-    assert wide.scaled_gain(c) == pytest.approx(nats / 4)
+def test_the_inflation_is_the_variance_along_coefficients_over_the_stated_one() -> None:
+    """Of the course ``X c``; a covariance below the stated one, or no course, inflates nothing."""
+    X, c = np.random.default_rng(8).normal(size=(40, 2)), np.array([1.0, 2.0])
+    N = X.T @ X
+    one = CoefficientEstimate(N, X.T @ X @ c)
+    assert (one.inflation(c), one.covariance) == (pytest.approx(1.0), pytest.approx(np.linalg.inv(N)))
+    wide = replace(one, wider=4.0 * np.linalg.inv(N))
     assert wide.inflation(c) == pytest.approx(4.0)
-    assert replace(wide, wider=(np.linalg.cholesky(N).T, 0.25 * np.eye(2))).inflation(c) == 1.0
+    assert replace(one, wider=0.25 * np.linalg.inv(N)).inflation(c) == 1.0
     assert wide.inflation(0.0 * c) == 1.0
-    assert wide.covariance == pytest.approx(4.0 * np.linalg.inv(N))
+    uneven = replace(one, wider=np.linalg.inv(N) + 3.0 * np.outer(c, c) / (c @ N @ c))
+    assert uneven.inflation(c) == pytest.approx(4.0)
 
 
 def test_the_rank_counts_what_is_determined_in_any_unit() -> None:
@@ -183,19 +177,18 @@ def test_a_scatter_of_the_parts_widens_and_none_does_not_narrow() -> None:
     same = [CoefficientEstimate(N, N @ [2.0])] * 2
     one, other = with_scatter([apart, same], [1.0, 1.5])
     # u = 8^-1/2 (4 c - 4 2) is -4/sqrt 8 and its opposite: 4 in sum, twice that, over two recordings
-    assert one.error[1] == pytest.approx(4.0)
-    assert other.error[1] == pytest.approx(4.0)
-    assert one.covariance == pytest.approx(4.0 / 8.0)
+    assert one.covariance == pytest.approx(4.0 / 8.0) == pytest.approx(other.covariance)
     (still,) = with_scatter([same], [1.5])
-    assert still.error[1] == pytest.approx(1.5)
+    assert still.covariance == pytest.approx(1.5 / 8.0)
 
 
-def test_any_root_of_the_information_states_the_same_error() -> None:
-    one = drawn(np.random.default_rng(10), TRUE)[0]
-    rooted = replace(one, wider=(np.linalg.cholesky(one.N).T, np.eye(3)))
-    assert rooted.inflation(TRUE) == one.inflation(TRUE) == pytest.approx(1.0)
-    assert rooted.covariance == pytest.approx(one.covariance)
-    assert agreement([rooted, one], 0.0).chi2 == pytest.approx(agreement([one, one], 0.0).chi2, abs=1e-9)
+def test_pooled_coefficients_are_as_certain_as_the_errors_of_the_recordings_allow() -> None:
+    """One of twice the information and nine times the stated variance: ``(4 + 2 * 9) / 6^2`` over the unit."""
+    several = [
+        CoefficientEstimate(np.array([[4.0]]), np.array([4.0])),
+        CoefficientEstimate(np.array([[2.0]]), np.array([2.0]), np.array([[4.5]])),
+    ]
+    assert agreement(several, 0.0).covariance == pytest.approx((4.0 + 2.0 * 9.0) / 6.0**2)
 
 
 def test_coefficients_that_differ_are_pooled_with_the_error_of_their_scatter() -> None:
