@@ -27,9 +27,9 @@ class CoefficientEstimate:
     wider: Array | None = None
 
     @classmethod
-    def of(cls, products: Array, inflation: float = 1.0) -> CoefficientEstimate:
+    def of(cls, products: Array) -> CoefficientEstimate:
         """The estimate from products (k + 1, k + 1) of whitened columns and, last, the target."""
-        return cls(products[:-1, :-1] / inflation, products[:-1, -1] / inflation)
+        return cls(products[:-1, :-1], products[:-1, -1])
 
     @cached_property
     def c(self) -> Array:
@@ -75,14 +75,13 @@ def agreement(estimates: Sequence[CoefficientEstimate], form: float, known: int 
     estimates; then Q over its degrees follows an F distribution. The covariance of c, ``N^+ (sum_i N_i C_i N_i) N^+``,
     excludes F, and grows with differences between recordings beyond their own errors.
     """
-    common, roots = pool_estimates(estimates), [root(one.N) for one in estimates]
+    common = pool_estimates(estimates)
     c, back = common.c, inverse(common.N)
     F = form**2 * float(c @ common.N @ c) / len(c) * back
 
     def squares(F: Array) -> float:
-        u = [R @ (one.c - c) for R, one in zip(roots, estimates, strict=True)]
-        errors = (R @ (one.covariance + F) @ R.T for R, one in zip(roots, estimates, strict=True))
-        return sum(float(off @ inverse(error) @ off) for off, error in zip(u, errors, strict=True))
+        off = [(one.N @ (one.c - c), one.N @ (one.covariance + F) @ one.N) for one in estimates]
+        return sum(float(u @ inverse(error) @ u) for u, error in off)
 
     degrees = sum(rank(one.N) for one in estimates) - rank(common.N)
     Q, scatter = squares(F), max(1.0, squares(0.0 * F) / max(degrees, 1))

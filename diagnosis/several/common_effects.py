@@ -34,8 +34,6 @@ from validation.signals.amplitude import rms
 
 STEP = 1e-3
 """Step of a coefficient over its standard deviation, and of a listed value over itself, for a finite difference."""
-Fits = Mapping[int, tuple[CoefficientEstimate, float, float]]
-"""Coefficients of an effect with nats and strength, by index of the recording."""
 Named = TypeVar("Named", AcceptedEffect, NamedEffect)
 
 
@@ -64,27 +62,23 @@ class CommonEffect:
         return self.named.transfer
 
 
-def common_effect(effect: PooledEffect, problems: Sequence[LinearProblem], strength: float = 0.0) -> CommonEffect:
-    """The parameters of an effect of the pool: pooled, and in each recording by itself."""
-    fits = {i: (effect.estimates[i], one.held_out_gain / one.inflation, one.strength) for i, one in effect.here.items()}
-    return _common(
-        effect.candidate,
-        effect.agreement,
-        fits,
-        [effect.presence.get(i, Presence.NOT_RECORDED) for i in range(len(problems))],
-        problems,
-        alternatives=effect.alternatives,
-        kind=EvidenceKind.HELD_OUT,
-        nats=effect.nats,
-        strength=strength,
+def common_effect(effect: PooledEffect, problems: Sequence[LinearProblem]) -> CommonEffect:
+    """The parameters of an effect of the pool: pooled, and in each recording by itself.
+
+    Rivals are the channels that may drive the effect as well in all recordings that show it.
+    """
+    fits = {i: (effect.estimates[i], one.held_out_gain / one.inflation) for i, one in effect.here.items()}
+    presence = [effect.presence.get(i, Presence.NOT_RECORDED) for i in range(len(problems))]
+    named = NamedEffect(
+        effect.candidate.to_effect(effect.agreement.c),
+        effect.alternatives,
+        EvidenceKind.HELD_OUT,
+        effect.nats,
+        effect.strength,
         transfer=effect.transfer or Transfer.SINGLE_RUN,
     )
-
-
-def with_common_rivals(common: CommonEffect, problems: Sequence[LinearProblem]) -> CommonEffect:
-    """The common effect with the rival channels of all recordings that show it."""
-    present = [problem for problem, there in zip(problems, common.presence, strict=True) if there is Presence.PRESENT]
-    rivals = in_all([with_rival_channels(problem, common.named).rivals for problem in present])
+    common = _with_parameters(named, effect.candidate, effect.agreement, fits, presence, problems)
+    rivals = in_all([with_rival_channels(problems[i], common.named).rivals for i in effect.present])
     return replace(common, named=replace(common.named, rivals=rivals))
 
 
@@ -97,23 +91,20 @@ def common_iron_changes(
     """
     policy, n, common = problems[0].policy, len(problems), []
     for changes in _by_name(changes_of_each).values():
-        fits = {i: (_estimate(one.evidence), one.evidence.nats, one.evidence.strength) for i, one in changes.items()}
-        estimates, nats, strengths = zip(*fits.values(), strict=True)
+        found = {i: change.evidence for i, change in changes.items()}
+        fits = {i: (_estimate(evidence), evidence.nats) for i, evidence in found.items()}
+        estimates, nats = zip(*fits.values(), strict=True)
         if cross_predicted_gain(estimates) > policy.accepted_pooled(len(EFFECTS)):
-            agree = agreement(estimates, policy.same_coefficient)
-            effect = _common(
-                changes[min(changes)].evidence.candidate,
-                agree,
-                fits,
-                _presences(fits, n),
-                problems,
-                alternatives=in_all([change.alternatives for change in changes.values()]),
-                kind=EvidenceKind.IRON,
-                nats=sum(nats),
-                strength=rms(strengths),
+            agree, candidate = agreement(estimates, policy.same_coefficient), found[min(found)].candidate
+            named = NamedEffect(
+                candidate.to_effect(agree.c),
+                in_all([change.alternatives for change in changes.values()]),
+                EvidenceKind.IRON,
+                sum(nats),
+                rms([evidence.strength for evidence in found.values()]),
                 transfer=transfer_of(agree.p > policy.not_transferred_alarm, len(fits), n),
             )
-            common.append(effect)
+            common.append(_with_parameters(named, candidate, agree, fits, _presences(fits, n), problems))
     return common
 
 
@@ -122,27 +113,24 @@ def _estimate(evidence: Evidence) -> CoefficientEstimate:
     return CoefficientEstimate(N, N @ evidence.coefficients)
 
 
-def _common(
+def _with_parameters(
+    named: NamedEffect,
     candidate: Candidate,
     agree: Agreement,
-    fits: Fits,
+    fits: Mapping[int, tuple[CoefficientEstimate, float]],
     presence: Iterable[Presence],
     problems: Sequence[LinearProblem],
-    **about: Any,
 ) -> CommonEffect:
-    """The effect with the parameters of the common coefficients, and of each recording's own; about : its evidence."""
+    """The effect with the parameters of the common coefficients, and of each recording's own; fits : with nats."""
 
-    def named(c: Array, covariance: Array, i: int, **own: Any) -> NamedEffect:
+    def fitted(c: Array, covariance: Array, i: int, **own: Any) -> NamedEffect:
         effect, spread = parameters_of(candidate, c, covariance, problems[i])
-        return NamedEffect(effect, spread=spread, **about | own)
+        return replace(named, effect=effect, spread=spread, **own)
 
-    known = {
-        i: named(own.c, own.covariance, i, alternatives=(), nats=nats, strength=strength)
-        for i, (own, nats, strength) in fits.items()
-    }
-    ratios, every = size_ratios({i: own for i, (own, _, _) in fits.items()}), range(len(problems))
+    known = {i: fitted(own.c, own.covariance, i, alternatives=(), nats=nats) for i, (own, nats) in fits.items()}
+    ratios, every = size_ratios({i: own for i, (own, _) in fits.items()}), range(len(problems))
     each, of_each = tuple(map(known.get, every)), tuple(map(ratios.get, every))
-    return CommonEffect(named(agree.c, agree.covariance, min(fits)), each, tuple(presence), agree, of_each)
+    return CommonEffect(fitted(agree.c, agree.covariance, min(fits)), each, tuple(presence), agree, of_each)
 
 
 def in_all(lists: Sequence[tuple[str, ...]]) -> tuple[str, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property
@@ -27,6 +27,7 @@ from diagnosis.several.coefficients import (
     NOT_COMPARED,
     Agreement,
     CoefficientEstimate,
+    agreement,
     cross_predicted_gain,
     pool_estimates,
     predicted_by_others,
@@ -77,14 +78,10 @@ class CandidateInRecording:
         return replace(self.baseline, hypothesis=self.hypothesis)
 
     @cached_property
-    def surrogates(self) -> list[Array]:
-        """Products (k + 1, k + 1) of the columns shifted in time, as surrogates without an effect."""
-        return self.baseline.surrogate_products(self.candidate, self.columns, self.hypothesis)
-
-    @cached_property
     def inflation(self) -> float:
-        """Inflation of nats by coloured noise."""
-        return inflation_by_chance(np.array(list(map(explained_nats, self.surrogates))), self.columns.shape[2])
+        """Inflation of nats by coloured noise, from the columns shifted in time as surrogates without an effect."""
+        shifted = self.baseline.surrogate_products(self.candidate, self.columns, self.hypothesis)
+        return inflation_by_chance(np.array(list(map(explained_nats, shifted))), self.columns.shape[2])
 
     @cached_property
     def estimate(self) -> CoefficientEstimate:
@@ -100,37 +97,32 @@ class CandidateInRecording:
         return float(np.sqrt(squares / (rows.count.sum() * q)))
 
     def beside(self, own: Sequence[Array]) -> CandidateInRecording:
-        """The candidate beside columns (N, q, k) of its recording's own effects, where these explain it and more.
+        """The candidate beside columns (N, q, k) of its recording's own effects, where these explain more.
 
         An own cause of one recording must not support an effect of another name in the pool.
         """
         if not own:
             return self
-        before, policy = self.baseline, self.baseline.rows.policy
-        columns = before.rows.bin_groups(own)
+        before, columns = self.baseline, self.baseline.rows.bin_groups(own)
         baseline = ColouredBaseline.in_rows(before.problem, before.rows, before.columns_with(columns))
-        held_out = baseline.hypothesis.held_out_log_likelihood - self.hypothesis.held_out_log_likelihood
-        if held_out <= policy.apart * self.inflation:
-            return self
-        kept, alone = before.gains_beside(self.columns, columns, baseline.hypothesis.noise_model)
-        if kept >= policy.half * max(alone, 1e-9):
-            return self
-        return CandidateInRecording.of(self.candidate, baseline, self.columns)
+        more = baseline.hypothesis.held_out_log_likelihood - self.hypothesis.held_out_log_likelihood
+        explains_more = more > before.rows.policy.apart * self.inflation
+        return CandidateInRecording.of(self.candidate, baseline, self.columns) if explains_more else self
 
 
 @dataclass(frozen=True, eq=False)
 class PooledEffect:
     """An effect at one setting in several recordings: `here` in those that hold its causes, by index.
 
-    price: nats of the search. transfer: None unless accepted. nats: of coefficients predicted by the other recordings,
-    over the inflation. agreement: pooled coefficients of the recordings with the effect. alternatives: look-alikes.
+    price: nats of the search. transfer: None unless accepted. gains: nats explained in each recording by coefficients
+    of the others, over the inflation. agreement: pooled coefficients of these recordings. alternatives: look-alikes.
     """
 
     candidate: Candidate
     here: dict[int, CandidateInRecording]
     price: float
     transfer: Transfer | None = None
-    nats: float = 0.0
+    gains: Sequence[float] = ()
     agreement: Agreement = NOT_COMPARED
     alternatives: tuple[str, ...] = ()
 
@@ -160,12 +152,12 @@ class PooledEffect:
 
     @classmethod
     def beside(
-        cls, settings: Sequence[Candidate], others: Collection[Candidate], problems: Sequence[LinearProblem]
+        cls, candidate: Candidate, others: Collection[Candidate], problems: Sequence[LinearProblem]
     ) -> PooledEffect:
         """Test a candidate as `of` does, next to other candidates in the recordings that hold their causes."""
         several = ([columns_in(other, problem) for other in others] for problem in problems)
         accepted = ([columns for columns in each if columns is not None] for each in several)
-        return cls.of(settings, list(map(ColouredBaseline.of, problems, accepted)))
+        return cls.of([candidate], list(map(ColouredBaseline.of, problems, accepted)))
 
     @property
     def name(self) -> str:
@@ -181,11 +173,6 @@ class PooledEffect:
     def width(self) -> int:
         """Number of columns."""
         return max((one.columns.shape[2] for one in self.here.values()), default=0)
-
-    @property
-    def columns(self) -> dict[int, Array]:
-        """Columns (n, q, k) in rows of the recordings that hold the causes."""
-        return {i: one.columns for i, one in self.here.items()}
 
     @property
     def policy(self) -> Policy:
@@ -211,10 +198,33 @@ class PooledEffect:
         found = with_scatter([one.parts for one in tested], [one.inflation for one in tested]) if tested else []
         return dict(zip(self.here, found, strict=True))
 
-    def predicted_nats(self, i: int, c: Array) -> float:
-        """Nats explained in a recording by coefficients (k,), over the inflation of their error."""
-        one = self.here[i]
-        return (one.estimate.gain(c) - one.null_gain) / self.estimates[i].inflation(c)
+    def predicted(self, which: Iterable[int]) -> PooledEffect:
+        """The effect with the gains and the agreement of some recordings, by index."""
+        some, gains = {i: self.estimates[i] for i in which}, list[float]()
+        for i, c in predicted_by_others(some).items():
+            gains.append((self.here[i].estimate.gain(c) - self.here[i].null_gain) / some[i].inflation(c))
+        known = sum(len(one.parts) - 1 for one in self.here.values())
+        return replace(self, gains=gains, agreement=agreement(list(some.values()), self.policy.same_coefficient, known))
+
+    @property
+    def nats(self) -> float:
+        """Nats explained in all recordings, less the price of the search."""
+        return sum(self.gains) - self.price
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the coefficients of the recordings agree."""
+        return self.agreement.p > self.policy.not_transferred_alarm
+
+    def is_borne_out(self, needed: float) -> bool:
+        """Whether common coefficients explain enough, in more than one recording, and lie within the effect's bounds.
+
+        In a strong recording a tenth of the correct size, predicted by chance, explains a fifth. Without the strongest
+        recording, one recording's part of the whole is needed.
+        """
+        others = sum(self.gains) - max(self.gains, default=0.0)
+        enough = self.nats > needed and others * len(self.gains) > needed
+        return enough and self.candidate.within_bounds(self.agreement.c)
 
     def own_nats(self, i: int) -> float:
         """Nats on held-out folds of a recording's own coefficients, over the inflation of their error."""
@@ -228,7 +238,7 @@ class PooledEffect:
         for i, estimate in self.estimates.items():
             c = predicted_by_others({j: self.estimates[j] for j in {i, *strong}})[i]
             gain = estimate.gain(c) / estimate.inflation(c)
-            if (self.own_nats(i) > apart and self.candidate.within_bounds(estimate.c)) or gain > apart:
+            if max(self.own_nats(i), gain) > apart:
                 found[i] = Presence.PRESENT
             else:
                 found[i] = Presence.ABSENT if gain < -apart else Presence.UNDECIDED
@@ -253,22 +263,6 @@ class PooledEffect:
     def strength(self) -> float:
         """Rms over the recordings with the effect, in units of the noise of each."""
         return rms(np.array([self.here[i].strength for i in self.shown]))
-
-    def surrogate_gain(self) -> float:
-        """Largest nats of common coefficients among surrogates, shifted alike in every recording."""
-        tested = self.here.values()
-        turns = zip(*(one.surrogates for one in tested), strict=True)
-        inflation = [one.inflation for one in tested]
-        return max(cross_predicted_gain(list(map(CoefficientEstimate.of, turn, inflation))) for turn in turns)
-
-    def explains(self, rival: Mapping[int, Array]) -> bool:
-        """Whether a rival's columns (n, q, k) by recording keep little of their gain once this effect is fitted."""
-        kept = alone = 0.0
-        for i in rival.keys() & self.here.keys():
-            best = self.here[i]
-            beside, by_itself = best.baseline.gains_beside(rival[i], best.columns, best.hypothesis.noise_model)
-            kept, alone = kept + beside, alone + by_itself
-        return not self.here or bool(kept / max(alone, 1e-9) < self.policy.half)
 
 
 def estimates_of(

@@ -10,48 +10,59 @@ import numpy as np
 
 from diagnosis.decision.choice import (
     AcceptedEffect,
+    baseline_with,
     in_same_family,
+    is_as_good,
     is_form_by_size,
     residual_tests,
     select_simplest,
 )
-from diagnosis.evidence.along_field import explains_along_field
-from diagnosis.evidence.baseline import Baseline, added_share
+from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.candidate_test import ColouredBaseline
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import Policy
 from diagnosis.problem.linear import LinearProblem
 from diagnosis.result import Transfer
+from diagnosis.several.coefficients import pool_estimates
 from diagnosis.several.common_effects import in_all
-from diagnosis.several.pooled_effect import CandidateInRecording, PooledEffect, columns_in, cross_predicted
-from diagnosis.several.transfer import Settings, assess_transfer, fit_equally_well, look_alikes
+from diagnosis.several.pooled_effect import (
+    CandidateInRecording,
+    PooledEffect,
+    columns_in,
+    cross_predicted,
+    estimates_of,
+)
+from diagnosis.several.transfer import assess_transfer
 from diagnosis.workflow import Examination, Progress
 from sim.effects import EFFECTS
 from validation.signals.amplitude import rms
 
+Settings = dict[str, list[Candidate]]
+"""Settings of each effect by name."""
+
 
 @dataclass(frozen=True, eq=False)
 class PooledRecording:
-    """A recording of the pool: its own diagnosis, and baselines without effects, and with accepted ones.
+    """A recording of the pool: its own diagnosis, and the baseline of accepted effects, by name.
 
     events: found by its own diagnosis, and not observable elsewhere: steps, and effects in a part of the run.
     own_effects: found by its own diagnosis, without events.
     """
 
     examination: Examination
-    start: Baseline
     baseline: Baseline
+    names: tuple[str, ...]
     events: tuple[AcceptedEffect, ...]
     own_effects: tuple[AcceptedEffect, ...]
 
     @classmethod
     def of(cls, examination: Examination) -> PooledRecording:
         """The recording with its own events in the baseline."""
-        start, accepted = examination.selection.start, examination.selection.accepted
+        accepted = examination.selection.accepted
         events = tuple(effect for effect in accepted if effect.evidence.candidate.one_run)
         own = tuple(effect for effect in accepted if not effect.evidence.candidate.one_run)
-        baseline = start.with_all(event.columns(start.problem) for event in events)
-        return cls(examination, start, baseline, events, own)
+        baseline = baseline_with(events, examination.selection.start)
+        return cls(examination, baseline, tuple(event.name for event in events), events, own)
 
     @property
     def problem(self) -> LinearProblem:
@@ -63,10 +74,17 @@ class PooledRecording:
         """The baseline with its noise model."""
         return ColouredBaseline.of(self.problem, self.baseline.accepted_columns)
 
+    @cached_property
+    def clean(self) -> bool:
+        """Whether the residual of the baseline is clean."""
+        return residual_tests(self.baseline, self.names).clean
+
     def with_candidate(self, candidate: Candidate) -> PooledRecording:
         """The recording with a further effect in the baseline, where its causes are recorded."""
         columns = columns_in(candidate, self.problem)
-        return self if columns is None else replace(self, baseline=self.baseline.with_columns(columns))
+        if columns is None:
+            return self
+        return replace(self, baseline=self.baseline.with_columns(columns), names=(*self.names, candidate.name))
 
 
 def select_pooled(
@@ -99,14 +117,10 @@ def _settings(recordings: Sequence[PooledRecording]) -> Settings:
 
 @dataclass(frozen=True, eq=False)
 class Pool:
-    """Recordings beside the effects accepted so far, and the settings of all effects that they may share.
-
-    names: of the accepted effects.
-    """
+    """Recordings beside the effects accepted so far, and the settings of all effects that they may share."""
 
     recordings: tuple[PooledRecording, ...]
     settings: Settings
-    names: tuple[str, ...] = ()
 
     @property
     def policy(self) -> Policy:
@@ -118,34 +132,25 @@ class Pool:
         """The baselines with their noise models."""
         return [recording.coloured for recording in self.recordings]
 
-    @cached_property
+    @property
     def clean(self) -> bool:
         """Whether every recording's residual is clean."""
-        return all(
-            residual_tests(recording.baseline, [*self.names, *(event.name for event in recording.events)]).clean
-            for recording in self.recordings
-        )
+        return all(recording.clean for recording in self.recordings)
 
     def with_candidate(self, candidate: Candidate) -> Pool:
         """The pool with a further effect accepted."""
-        recordings = tuple(recording.with_candidate(candidate) for recording in self.recordings)
-        return replace(self, recordings=recordings, names=(*self.names, candidate.name))
+        return replace(self, recordings=tuple(recording.with_candidate(candidate) for recording in self.recordings))
 
     def best_effect(self) -> PooledEffect | None:
         """The effect of largest gain that the recordings support together."""
-        tried, refused = self._screened(), list[PooledEffect]()
+        tried = self._screened()
         for pooled in sorted(tried, key=lambda candidate: -candidate.gain):
-            if any(better.explains(pooled.columns) for better in refused):
-                continue  # explained by a better candidate, hence refused for the same reason
-            after = self.with_candidate(pooled.candidate)
-            effect = self._assessed(pooled, coloured=not after.clean)
-            if self._supports(effect, after):
-                named = self._with_alternatives(effect, pooled, tried, coloured=not after.clean)
+            coloured = not self.with_candidate(pooled.candidate).clean
+            effect = self._assessed(pooled, coloured=coloured)
+            if effect.transfer is not None:
+                named = self._with_alternatives(effect, pooled, tried, coloured=coloured)
                 if not self._contradicts(named):
                     return named
-            # A recording with another cause may show the cause of all: then the rivals of this candidate stay.
-            if effect.here == pooled.here:
-                refused.append(pooled)
         return None
 
     def _screened(self) -> list[PooledEffect]:
@@ -154,40 +159,19 @@ class Pool:
         best = {name: sorted(listed, key=lambda setting: -likely[setting]) for name, listed in self.settings.items()}
         order = sorted(best, key=lambda name: -likely[best[name][0]])[: self.policy.tried_coloured]
         own = {effect.name for recording in self.recordings for effect in recording.own_effects}
-        return [
-            PooledEffect.of(best[name], self.coloured) for name in dict.fromkeys([*order, *sorted(own - {*self.names})])
-        ]
+        return [PooledEffect.of(best[name], self.coloured) for name in dict.fromkeys([*order, *sorted(own)])]
 
     def _assessed(self, pooled: PooledEffect, *, coloured: bool) -> PooledEffect:
-        """The candidate's transfer, tested next to effects of other causes that a recording has by itself."""
+        """The candidate's transfer, tested next to effects of other names that a recording has by itself."""
         here, named = dict(pooled.here), []
         for i, recording in enumerate(self.recordings):
-            own = recording.own_effects
-            others = [effect for effect in own if pooled.name not in (effect.name, *effect.alternatives)]
-            competing = [effect for effect in others if not in_same_family(effect.evidence, pooled)]
+            others = [effect for effect in recording.own_effects if effect.name != pooled.name]
             if i in here:
-                here[i] = here[i].beside([effect.columns(recording.problem) for effect in competing])
-            if any(effect.name == pooled.name for effect in own):
+                here[i] = here[i].beside([effect.columns(recording.problem) for effect in others])
+            if len(others) < len(recording.own_effects):
                 named.append(i)
         needed = self.policy.coloured_nats if coloured else self.policy.accepted_pooled(len(EFFECTS))
         return assess_transfer(replace(pooled, here=here), needed, named)
-
-    def _supports(self, effect: PooledEffect, after: Pool) -> bool:
-        """Whether the recordings support an effect beyond chance; after : the pool with the effect.
-
-        In coloured noise an effect explains a share of the gap as well, and a source gains along the field in at least
-        half of the recordings.
-        """
-        if effect.transfer is None or effect.nats <= effect.surrogate_gain():
-            return False
-        if after.clean:
-            return True
-        pairs = [(self.recordings[i], after.recordings[i].baseline) for i in effect.present]
-        shares = [added_share(before.start, before.baseline, then.squares) for before, then in pairs]
-        source = effect.candidate.effect.traits.field_source
-        vector = [pair for pair in pairs if source and pair[0].problem.mode == "vector"]
-        along = sum(explains_along_field(before.baseline, then) for before, then in vector)
-        return sum(shares) / max(len(shares), 1) >= self.policy.trace and 2 * along >= len(vector)
 
     def _contradicts(self, effect: PooledEffect) -> bool:
         """Whether half of the recordings able to show the effect alone exclude it by a rule of their own diagnosis."""
@@ -201,25 +185,29 @@ class Pool:
     ) -> PooledEffect:
         """Choose the simplest of the candidates as good as the best, with all look-alikes as alternatives.
 
-        Where coefficients differ, the recordings together do not tell the look-alikes: those that every recording lists
-        whose own diagnosis names the effect are added.
+        Where coefficients differ, the recordings together do not tell the look-alikes.
         """
-        closest, alike = look_alikes(best, tried, coloured=coloured)
-        names = [*(one.name for one in (*closest, *alike)), *fit_equally_well(effect, self.settings)]
-        simplest = select_simplest(closest, best.policy)
-        simpler = effect if simplest is best else self._assessed(simplest, coloured=coloured)
-        last = effect if simpler.transfer is None else simpler
-        if last.transfer is Transfer.NOT_TRANSFERRED:
-            own = (one for recording in self.recordings for one in recording.own_effects)
-            names += in_all([one.alternatives for one in own if one.name == last.name])
-        return replace(last, alternatives=tuple(name for name in dict.fromkeys(names) if name != last.name))
+        policy, alike = self.policy, [best.name, *fit_equally_well(effect, self.settings)]
+        form = policy.same_family_coloured if coloured else policy.same_family
+        as_good = (one for one in tried if is_as_good(one, best, policy, form, 0.0))
+        closest = [one for one in as_good if one.name in alike or in_same_family(one, best)]
+        simplest = self._assessed(select_simplest(closest, policy), coloured=coloured)
+        last = effect if simplest.transfer is None else simplest
+        names = dict.fromkeys([*(one.name for one in closest), *alike, *self._alike_in_each(last)])
+        return replace(last, alternatives=tuple(name for name in names if name != last.name))
+
+    def _alike_in_each(self, effect: PooledEffect) -> tuple[str, ...]:
+        """Look-alikes of an effect whose coefficients differ, listed by every own diagnosis that names the effect."""
+        if effect.transfer is not Transfer.NOT_TRANSFERRED:
+            return ()
+        own = (one for recording in self.recordings for one in recording.own_effects)
+        return in_all([one.alternatives for one in own if one.name == effect.name])
 
     def named_by_one(self, accepted: Sequence[PooledEffect]) -> list[PooledEffect]:
         """Effects named by a single recording, tested next to the accepted effects."""
         known = {name for effect in accepted for name in (effect.name, *effect.alternatives)}
         own = {one.name: one.evidence.candidate for recording in self.recordings for one in recording.own_effects}
-        alone = [dict.fromkeys([first, *self.settings[name]]) for name, first in own.items() if name not in known]
-        tested = (PooledEffect.of(list(settings), self.coloured) for settings in alone)
+        tested = (PooledEffect.of([first], self.coloured) for name, first in own.items() if name not in known)
         return [replace(self._assessed(pooled, coloured=True), transfer=None) for pooled in tested]
 
 
@@ -233,3 +221,30 @@ def is_form_of(accepted: Sequence[PooledEffect], best: PooledEffect, first: Sequ
     same = any(best.name == effect.name for effect in accepted)
     alone = [CandidateInRecording.of(best.candidate, first[i], best.here[i].columns).strength for i in best.shown]
     return is_form_by_size(best.strength, rms(np.array(alone)), accepted[0].strength, best.policy, same=same)
+
+
+def fit_equally_well(effect: PooledEffect, settings: Settings) -> list[str]:
+    """Names of candidates that fit all data as well as an effect, in the noise that the effect leaves where present.
+
+    Losses of many columns on held-out data, and prices of searches, guard against false names, not against look-alikes.
+    A candidate containing the effect always fits as well; it is listed where it gains more than chance.
+    """
+    others = [candidate for listed in settings.values() for candidate in listed if candidate.name != effect.name]
+    gains, close = _fitted_gains(effect, [effect.candidate, *others]), list[str]()
+    for candidate in others:
+        more = effect.policy.apart * effect.V * (1 if effect.name in candidate.effect.traits.contains else -1)
+        close += [candidate.name] if gains.get(candidate, -np.inf) > gains[effect.candidate] + more else []
+    return close
+
+
+def _fitted_gains(effect: PooledEffect, candidates: Sequence[Candidate]) -> dict[Candidate, float]:
+    """Nats explained in sample, with the effect's noise models, by candidates that all recordings with the effect hold.
+
+    One coefficient vector for all recordings, or one for each where the effect's coefficients differ.
+    """
+    left, own = [effect.here[i].as_left for i in effect.shown], effect.transfer is Transfer.NOT_TRANSFERRED
+    return {
+        candidate: sum(one.gain(one.c) for one in (estimates if own else [pool_estimates(estimates)]))
+        for candidate, estimates in estimates_of(candidates, left).items()
+        if len(estimates) == len(left)
+    }

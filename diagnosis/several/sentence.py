@@ -94,15 +94,15 @@ def describe_transfer(effect: CommonEffect, scope: Scope = RECORDINGS) -> str:
 def pooled_advice(diagnosis: PooledDiagnosis) -> tuple[str, ...]:
     """Advice on the transfer of effects, then what all recordings advise alike, or the worst sensor."""
     lines = [_transfer_advice(diagnosis, effect) for effect in (*diagnosis.common, *diagnosis.single)]
-    if diagnosis.scope is RECORDINGS:
+    if diagnosis.scope is SENSORS:
+        lines += diagnosis.each[diagnosis.first or 0].advice
+    else:
         lines += separation_advice([effect.named for effect in diagnosis.common])
         named, shared = (
             tuple(effect.name for effect in diagnosis.common),
             in_all([own.advice for own in diagnosis.each]),
         )
         lines += (line for line in shared if "--confirm" not in line and not line.startswith(named))
-    else:
-        lines += diagnosis.each[diagnosis.first or 0].advice
     return tuple(dict.fromkeys(filter(None, lines)))
 
 

@@ -24,7 +24,6 @@ from diagnosis.several.common_effects import (
     common_effect,
     common_iron_changes,
     common_value_effects,
-    with_common_rivals,
 )
 from diagnosis.several.pooled_effect import PooledEffect
 from diagnosis.several.result import SENSORS, PooledDiagnosis, worst
@@ -101,16 +100,14 @@ def diagnose_sensors(
 
 
 def _compared_effects(examinations: Sequence[Examination], named: Set[str]) -> list[CommonEffect]:
-    """Every named effect fitted to all sensors, beside all others, with the look-alikes of the strongest evidence."""
+    """Every named effect fitted to all sensors, beside all others, at the setting of the strongest evidence."""
     accepted = [own for examination in examinations for own in examination.selection.accepted if own.name in named]
     problems, compared = [examination.problem for examination in examinations], []
     for name in dict.fromkeys(own.name for own in accepted):
-        alike = sorted((own for own in accepted if own.name == name), key=lambda own: -own.evidence.nats)
-        settings = dict.fromkeys(own.evidence.candidate for own in alike)
+        best = max((own for own in accepted if own.name == name), key=lambda own: own.evidence.nats)
         others = dict.fromkeys(own.evidence.candidate for own in accepted if own.name != name)
-        pooled = compare_sensors(PooledEffect.beside(list(settings), others, problems))
-        effect = replace(pooled, alternatives=alike[0].alternatives)
-        compared.append(common_effect(effect, problems, alike[0].evidence.strength))
+        pooled = compare_sensors(PooledEffect.beside(best.evidence.candidate, others, problems))
+        compared.append(common_effect(replace(pooled, alternatives=best.alternatives), problems))
     return compared
 
 
@@ -126,13 +123,9 @@ def examine_alone(task: Task) -> Examination:
 
 def _examine_each(tasks: Sequence[Task], say: Progress, cluster: Tasks | None = None) -> list[Examination]:
     """Return the examinations in the order of the tasks, whatever the order in which a cluster computes them."""
-    if cluster is None:
-        return [
-            examine(problem, model, without, lambda step, name=name: say(f"{name}: {step}"))  # type: ignore[misc]
-            for name, problem, model, without in tasks
-        ]
+    here = ((task, examine(*task[1:], lambda step, name=task[0]: say(f"{name}: {step}"))) for task in tasks)  # type: ignore[misc]
     found = {}
-    for (name, *_), examination in cluster.map(examine_alone, tasks):
+    for (name, *_), examination in here if cluster is None else cluster.map(examine_alone, tasks):
         say(f"{name}: examined")
         found[name] = examination
     return [found[name] for name, *_ in tasks]
@@ -154,7 +147,7 @@ def judge_pool(
     common = _common_effects(recordings, effects, conclusions)
     named, cases = [one.named for one in common], []
     for one, conclusion, residual in zip(recordings, conclusions, left, strict=True):
-        both, use = (one.start.residual(), residual), one.problem.usable > 0
+        both, use = (conclusion.start.residual(), residual), one.problem.usable > 0
         cases.append(Explanation.by(one.problem, named, both, use, conclusion.after, clean=conclusion.clean))
     verdict, judged = judge(cases)
     if verdict is Verdict.UNKNOWN:
@@ -194,7 +187,7 @@ def _common_effects(
     """Effects, changes of the iron, noise and direct evidence supported by more than one recording."""
     problems = [recording.problem for recording in recordings]
     strongest = sorted(effects, key=lambda effect: -effect.strength)
-    fitted = [with_common_rivals(common_effect(one, problems, one.strength), problems) for one in strongest]
+    fitted = [common_effect(one, problems) for one in strongest]
     common = (*fitted, *common_iron_changes([conclusion.iron for conclusion in conclusions], problems))
     others = [effect.named for effect in common]
     values = [

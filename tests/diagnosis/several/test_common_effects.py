@@ -17,12 +17,10 @@ from diagnosis.problem.linear import LinearProblem
 from diagnosis.result import EvidenceKind, NamedEffect, Transfer
 from diagnosis.several.coefficients import CoefficientEstimate, agreement
 from diagnosis.several.common_effects import (
-    CommonEffect,
     common_effect,
     common_iron_changes,
     common_value_effects,
     parameters_of,
-    with_common_rivals,
 )
 from diagnosis.several.pooled_effect import PooledEffect, Presence
 from diagnosis.workflow import examine
@@ -35,7 +33,7 @@ from sim.scenario import ModelSpec
 from tests.diagnosis.synthetic import FIELD_ENU_NT, problem, recording
 
 N = 2000
-DRIFT = NamedEffect(HardIronDrift(rate_nT_h=(900.0, 200.0, 400.0)), (), EvidenceKind.HELD_OUT, 100.0, 1.0)
+DRIFT = HardIronDrift(rate_nT_h=(900.0, 200.0, 400.0))
 MODEL = ModelSpec.model_validate(
     {"effects": {"white_noise": {"std_nT": [2.0] * 3}}, "field": {"enu_nT": FIELD_ENU_NT.tolist()}}
 )
@@ -47,19 +45,6 @@ def flown(temperature_degC: np.ndarray) -> LinearProblem:
 
 
 RISES, COMES_BACK = flown(15 + 5 * np.sqrt(UP)), flown(15 + 5 * np.sin(7 * UP))
-
-
-@pytest.mark.parametrize(
-    ("problems", "there", "rivals"),
-    [
-        ((RISES, RISES), (Presence.PRESENT, Presence.PRESENT), (TEMPERATURE,)),
-        ((RISES, COMES_BACK), (Presence.PRESENT, Presence.PRESENT), ()),
-        ((RISES, COMES_BACK), (Presence.PRESENT, Presence.ABSENT), (TEMPERATURE,)),
-    ],
-)
-def test_a_channel_is_a_rival_where_it_goes_the_same_way_in_all_that_have_the_effect(problems, there, rivals) -> None:
-    one = CommonEffect(DRIFT, (DRIFT, DRIFT), there)
-    assert with_common_rivals(one, problems).named.rivals == rivals
 
 
 @pytest.mark.parametrize(("offsets_nT", "names"), [((2.0, 2.6), ["hard_iron"]), ((2.0, -2.0), [])])
@@ -88,14 +73,26 @@ def shown(transfer: Transfer | None, *asked: bool, alternatives: tuple[str, ...]
     )
     here = {i: in_recording for i, there in enumerate(asked) if there}
     agree = agreement([OWN] * len(here), 0.0)
-    return PooledEffect(Candidate(HardIronDrift), here, 0.0, transfer, 90.0, agree, alternatives)
+    return PooledEffect(Candidate(HardIronDrift), here, 0.0, transfer, [90.0], agree, alternatives)
+
+
+@pytest.mark.parametrize(
+    ("problems", "asked", "rivals"),
+    [
+        ((RISES, RISES), (True, True), (TEMPERATURE,)),
+        ((RISES, COMES_BACK), (True, True), ()),
+        ((RISES, COMES_BACK), (True, False), (TEMPERATURE,)),
+    ],
+)
+def test_a_channel_is_a_rival_where_it_goes_the_same_way_in_all_that_have_the_effect(problems, asked, rivals) -> None:
+    assert common_effect(shown(Transfer.SOME, *asked), problems).named.rivals == rivals
 
 
 def test_an_effect_of_a_lot_says_what_each_recording_does() -> None:
     """Nats over their inflation; nothing of a recording that has not been asked."""
-    one = common_effect(shown(Transfer.SOME, True, True, False), (RISES, RISES, COMES_BACK), 0.5)
+    one = common_effect(shown(Transfer.SOME, True, True, False), (RISES, RISES, COMES_BACK))
     assert [None if each is None else each.nats for each in one.each] == [30.0, 30.0, None]
-    assert one.named.effect == DRIFT.effect
+    assert one.named.effect == DRIFT
     assert one.presence == (Presence.PRESENT, Presence.PRESENT, Presence.NOT_RECORDED)
     ratio = pytest.approx((1.0, 2**0.5 * 1e-3), rel=0.1)
     assert one.ratios == (ratio, ratio, None)
@@ -104,11 +101,11 @@ def test_an_effect_of_a_lot_says_what_each_recording_does() -> None:
 def test_what_one_recording_names_is_a_single_run_s_however_its_coefficients_agree() -> None:
     one = common_effect(shown(None, False, True), (COMES_BACK, RISES))
     assert (one.name, one.transfer) == ("hard_iron_drift", Transfer.SINGLE_RUN)
-    assert (one.named.strength, one.named.nats) == (0.0, 90.0)
+    assert (one.named.strength, one.named.nats) == (0.5, 90.0)
     assert one.presence == (Presence.NOT_RECORDED, Presence.PRESENT)
     assert one.agreement is not None
     assert (one.agreement.chi2, one.agreement.degrees, one.agreement.p) == (pytest.approx(0.0), 0, 1.0)
-    some = common_effect(shown(Transfer.SOME, False, True, alternatives=("scale",)), (COMES_BACK, RISES), 0.5)
+    some = common_effect(shown(Transfer.SOME, False, True, alternatives=("scale",)), (COMES_BACK, RISES))
     assert (some.named.alternatives, some.named.strength) == (("scale",), 0.5)
 
 

@@ -84,10 +84,10 @@ def test_coefficients_as_they_are_explain_what_no_colour_would() -> None:
     """A ramp of ten sigma: thousands of nats in the noise that it leaves, a hundred over a rest that wanders."""
     one = _asked(_with(10 * RAMP @ TO), RAMP)
     assert one.held_out_gain > STANDARD.coloured_nats
-    pooled = PooledEffect(MOTOR, {0: one}, 0.0)
-    nats = pooled.predicted_nats(0, one.estimate.c) * pooled.estimates[0].inflation(one.estimate.c)
+    pooled = PooledEffect(MOTOR, {0: one, 1: one}, 0.0)
+    nats = pooled.predicted([0, 1]).gains[0] * pooled.estimates[0].inflation(one.estimate.c)
     assert nats == pytest.approx(one.held_out_gain, abs=2 * STANDARD.apart)
-    assert pooled.predicted_nats(0, 0 * TO) <= 0.0
+    assert pooled.predicted([0]).gains[0] <= 0.0
 
 
 def test_what_is_left_of_the_same_course_inflates() -> None:
@@ -147,7 +147,8 @@ def test_the_inflation_is_what_a_column_shifted_in_time_gains_over_half_a_nat() 
     """A column of pure noise gains half a nat on average; three columns one and a half."""
     late = np.roll(GIVEN.state.current_A.sum(axis=1), 50)[:, None] * TO
     one = _asked(_with(late - late.mean(axis=0)), ColouredBaseline.of(GIVEN, []).rows.bin(MOTOR.columns(GIVEN)))
-    nats = [N_g[:-1, -1] @ np.linalg.solve(N_g[:-1, :-1], N_g[:-1, -1]) / 2 for N_g in one.surrogates]
+    shifted = one.baseline.surrogate_products(MOTOR, one.columns, one.hypothesis)
+    nats = [N_g[:-1, -1] @ np.linalg.solve(N_g[:-1, :-1], N_g[:-1, -1]) / 2 for N_g in shifted]
     assert one.inflation == pytest.approx(np.mean(nats) / (3 / 2))
 
 
@@ -165,8 +166,8 @@ def test_the_strength_is_the_rms_of_the_course_that_a_refitted_base_leaves() -> 
 
 
 def test_a_candidate_that_no_recording_holds_has_no_width_and_explains_nothing() -> None:
-    nowhere = PooledEffect.beside([MOTOR.at({"motor": 9})], [], [GIVEN])
-    assert (nowhere.width, nowhere.estimates, nowhere.columns) == (0, {}, {})
+    nowhere = PooledEffect.beside(MOTOR.at({"motor": 9}), [], [GIVEN])
+    assert (nowhere.width, nowhere.estimates, nowhere.here) == (0, {}, {})
 
 
 @pytest.mark.parametrize(
@@ -183,17 +184,6 @@ def test_a_channel_that_a_recording_lacks_or_that_is_off_is_not_asked() -> None:
     assert columns_in(Candidate(channel, ((channel.with_role("channel"), "no such"),)), GIVEN) is None
     off = {name: 0.0 * values for name, values in GIVEN.state.channels.items()}
     assert columns_in(MOTOR, replace(GIVEN, state=replace(GIVEN.state, channels=off))) is None
-
-
-def test_surrogates_are_shifted_alike_in_every_recording_and_the_largest_gain_counts() -> None:
-    """Products of one column and its target: the other's coefficient g / N explains ``c g - c^2 N / 2``."""
-
-    def shifted(*scores: float) -> Any:
-        return SimpleNamespace(surrogates=[np.array([[1.0, g], [g, 9.0]]) for g in scores], inflation=2.0)
-
-    pooled = PooledEffect(MOTOR, {0: shifted(1.0, 3.0, -4.0), 2: shifted(1.0, 2.0, 4.0)}, 0.0)
-    # over two: (3, 2) explain 2 * 3 - 2 + 3 * 2 - 4.5 = 5.5 of unit information
-    assert pooled.surrogate_gain() == pytest.approx(5.5 / 2)
 
 
 @pytest.mark.parametrize(("without", "held", "gain"), [(2.0, 3.0, 6.0), (7.0, 3.0, 5.0)])
@@ -229,8 +219,3 @@ def test_an_estimate_sums_the_parts_of_the_recording() -> None:
     np.testing.assert_array_equal(one.estimate.N, np.sum([part.N for part in one.parts], axis=0))
     np.testing.assert_array_equal(one.estimate.g, np.sum([part.g for part in one.parts], axis=0))
     assert one.estimate.c == pytest.approx(2 * TO, abs=0.5)
-    whole = np.arange(16.0).reshape(4, 4)
-    half = CoefficientEstimate.of(whole, 2.0)
-    np.testing.assert_array_equal(
-        (half.N, half.g[None].repeat(3, 0)), (whole[:3, :3] / 2, whole[:3, 3][None].repeat(3, 0) / 2)
-    )

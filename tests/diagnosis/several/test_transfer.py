@@ -13,7 +13,7 @@ from diagnosis.policy import STANDARD
 from diagnosis.result import Transfer
 from diagnosis.several.coefficients import CoefficientEstimate
 from diagnosis.several.pooled_effect import PooledEffect, Presence
-from diagnosis.several.transfer import assess_transfer, compare_sensors, predicts
+from diagnosis.several.transfer import assess_transfer, compare_sensors
 
 PRESENT, ABSENT, OPEN, UNASKED = (
     Presence.PRESENT,
@@ -126,14 +126,6 @@ def test_sensors_are_compared_by_those_that_have_an_effect_known_no_better_than_
     assert found.transfer is reaches
     if reaches is ALL:
         assert found.agreement.covariance == pytest.approx(1 / sizes[0][1])
-
-
-@pytest.mark.parametrize(
-    ("second", "holds"),
-    [((1.0, 20.0), True), ((1.03, 9e4), True), ((1.3, 9e4), False), ((1.0, 4.0), False), (None, False)],
-)
-def test_a_second_recording_is_foretold_by_enough_and_agrees(second: Size | None, holds: bool) -> None:
-    assert predicts(lot((1.0, 9e4), second)) is holds
 
 
 @pytest.mark.parametrize(
