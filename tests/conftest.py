@@ -19,6 +19,7 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):  # a worker a core; be
 for _number in (signal.SIGINT, signal.SIGHUP):  # ignored under nohup and in the background, and so in every child
     if signal.getsignal(_number) == signal.SIG_IGN:
         signal.signal(_number, signal.default_int_handler if _number == signal.SIGINT else signal.SIG_DFL)
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # else each process that a test starts compiles 3,000 modules anew
 
 
 gc.disable()  # until all tests are collected: their hundred thousands of objects are no garbage

@@ -19,6 +19,7 @@ from tests.fuzz.contract import amounts, fuzz, hold
 from tests.fuzz.material import CALIBRATION, log_table, scenario_in
 from tests.fuzz.tables import Bytes, Damage, broken_bytes, damages
 from tests.fuzz.values import damaged_json
+from tests.nightly import first_daily
 
 MEASURED, OWN = 100, 90
 """Cases of each in the normal run."""
@@ -200,13 +201,25 @@ KNOWN: dict[str, tuple[dict[str, Any], int]] = {
 }
 
 
+DRAWN = ("nothing", "the largest number", "a short log, a component in steps")
+"""Known cases whose figures are drawn by day: of usual values, of one beyond all others, of few."""
+
+
 @pytest.mark.parametrize("command", ["calibrate", "apply", "inspect"])
 @pytest.mark.parametrize("kind", KNOWN)
+@pytest.mark.usefixtures("undrawn")
 def test_known_cases_of_our_own_runs(place: Path, run: pa.Table, kind: str, command: str) -> None:
     changes, status = KNOWN[kind]
     found = check(place, run, Case(own=True, command=command, **changes))
     if command == "calibrate":
         assert found == status
+
+
+@pytest.mark.parametrize("command", ["calibrate", "apply"])
+@pytest.mark.parametrize("kind", first_daily(sorted(KNOWN, key=lambda kind: kind not in DRAWN), len(DRAWN)))
+def test_figures_of_known_cases(place: Path, run: pa.Table, kind: str, command: str) -> None:
+    changes, status = KNOWN[kind]
+    assert check(place, run, Case(own=True, command=command, **changes)) == status or command == "apply"
 
 
 def test_an_axis_that_repeats_another(place: Path, run: pa.Table) -> None:
