@@ -67,7 +67,7 @@ def searched_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("searched_once")
 def test_a_plan_is_flown_by_its_scenario() -> None:
-    found = magbench.plan("turntable", 120, knowledge="vector")
+    found = magbench.plan("turntable", 40, knowledge="vector")
     assert isinstance(found, PlanResult)
     assert len(found.to_frame()) == len(found.choice.legs)
     assert found.plot().axes
@@ -81,7 +81,7 @@ def test_after_a_recording_legs_go_on() -> None:
     field = magbench.load("auv-spiral").field
     enu = magbench.bound("auv-spiral", "vector", overrides=["phases.0.duration_s=120"]).known.field_enu_nT
     assert field is not None
-    found = magbench.plan("auv", 120, after=recording, knowledge="vector", field_enu_nT=enu)
+    found = magbench.plan("auv", 60, after=recording, knowledge="vector", field_enu_nT=enu)
     assert isinstance(found, OnwardResult)
     assert found.legs[0].after < found.legs[0].before
     assert len(found.to_frame()) > 0

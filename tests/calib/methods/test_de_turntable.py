@@ -19,7 +19,7 @@ TRUTH = np.array([0.013572, 0.000115, -0.006312, -0.021201, -0.003657])
 LEVEL_NT, UP_NT = 34_000.0, -36_000.0
 REFERENCE = Reference(float(np.hypot(LEVEL_NT, UP_NT)))
 
-SOON = 350
+SOON = 300
 """Generations after which the search has settled here; more would only repeat the answer."""
 SPACE = TurnSpace(np.zeros((3, 0)), 0.2, 0.0)
 

@@ -98,12 +98,13 @@ def test_level_survey_is_never_falsely_ok(standard):
         assert result.status.reason
 
 
-@pytest.mark.parametrize("motion", first_daily(["pitch", "full"]))
-def test_degenerate_minimum_is_never_taken_for_a_calibration(motion, standard):
-    """From 200 random starts: the same answer as from the two-step start, or a failure that says so."""
+@pytest.mark.parametrize("case", first_daily([("pitch", 60), ("pitch", 200), ("full", 200)]))
+def test_degenerate_minimum_is_never_taken_for_a_calibration(case, standard):
+    """A motion, and from many random starts: the same answer as from the two-step start, or a failure that says so."""
+    motion, starts = case
     recording = standard.recording(motion, 3, n=720)
     best, rng, reached = fit(recording, standard.REFERENCE), np.random.default_rng(0), 0
-    for _ in range(200):
+    for _ in range(starts):
         axes = np.linalg.qr(rng.normal(size=(3, 3)))[0]
         matrix = (axes * np.exp(rng.uniform(-3, 3, 3))) @ axes.T
         offset_nT = rng.normal(size=3) * 10 ** rng.uniform(3, 6)
@@ -115,7 +116,7 @@ def test_degenerate_minimum_is_never_taken_for_a_calibration(motion, standard):
             reached += 1
         else:
             assert "T = 0" in result.status.reason or "local minimum" in result.status.reason
-    assert 20 < reached < 200
+    assert starts / 10 < reached < starts
 
 
 def test_newton_ends_quadratically_from_a_rough_start(standard):

@@ -14,6 +14,7 @@ from recordings.assemble import recording_of
 from scenarios.errors import InputError
 from sim.scenario import load
 from sim.simulation import blocks, plan
+from tests.nightly import first_daily
 
 GAIN_NT_A, LAG_S = np.array([60.0, -40.0, 90.0]), 0.2
 NOISE_NT = 5.0
@@ -142,7 +143,7 @@ def test_the_throttle_alone_where_asked(thrust, standard):
     np.testing.assert_allclose(term.gain_nT, [120.0, -80.0, 160.0], atol=4.0)
 
 
-@METHODS
+@pytest.mark.parametrize("name", first_daily(["motor_ellipsoid", "motor_vector"]))
 def test_counts_give_gains_in_counts(name, thrust, standard):
     one = thrust(10)
     felt = pushed(one, one.current_A.sum(axis=1)[:, None] * [5.0, -3.0, 8.0])

@@ -27,8 +27,8 @@ def found(q: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, ...]:
 
 
 def test_no_direction_is_nearer():
-    x = points(20)
-    starts = np.random.default_rng(2).normal(size=(8, 3))
+    x = points(10)
+    starts = np.random.default_rng(2).normal(size=(4, 3))
 
     def off(s, one):
         return np.sum((one - CENTRE - ROOT @ (s / np.linalg.norm(s))) ** 2)

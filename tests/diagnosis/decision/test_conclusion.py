@@ -26,7 +26,7 @@ from diagnosis.evidence.residual_tests import ResidualTests
 from diagnosis.evidence.slow_noise import SlowNoise
 from diagnosis.library.candidates import Candidate
 from diagnosis.policy import STANDARD, Policy
-from sim.effects import EFFECTS
+from sim.effects import BY_NAME, EFFECTS
 from sim.effects.base import Effect
 from sim.effects.iron import HardIron
 from sim.effects.noise import WhiteNoise
@@ -88,7 +88,8 @@ def test_two_effects_are_found_one_after_the_other() -> None:
     hidden = {DRIVEN.name: {DRIVEN.linear[0]: [2.0, -1.0, 4.0]}, WARM.name: {WARM.linear[0]: [6.0, -5.0, 4.0]}}
     selection = select(problem(hidden=hidden))
     assert {one.name for one in selection.accepted} == {DRIVEN.name, WARM.name}
-    alone = select(problem(hidden=hidden, policy=Policy(most_effects=1)))
+    others = frozenset(BY_NAME) - {DRIVEN.name, WARM.name}
+    alone = select(problem(hidden=hidden, policy=Policy(most_effects=1)), others)
     assert len(alone.accepted) == 1
 
 

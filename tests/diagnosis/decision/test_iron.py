@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
 import pytest
 
-from diagnosis.decision.choice import accept_best
+from diagnosis.decision.choice import Selection, accept_best
 from diagnosis.decision.conclusion import _is_conventional, conclude, iron_changes
 from diagnosis.decision.selection import select
 from diagnosis.evidence.baseline import Baseline
@@ -111,23 +112,31 @@ IRON_NOW = {
 }
 
 
-@pytest.mark.parametrize("colour", first_daily([{}, {"flicker_noise": {"density_nT_sqrt_hz": [1.0] * 3}}]))
-def test_of_an_iron_that_changed_whole_both_parts_are_found(colour: dict[str, Any]) -> None:
+FLICKER = {"flicker_noise": {"density_nT_sqrt_hz": [1.0] * 3}}
+
+
+@cache
+def changed_whole(flicker: bool = False) -> Selection:
+    """What is selected where the iron changed whole."""
+    return select(problem(hidden=IRON_NOW | (FLICKER if flicker else {})))
+
+
+@pytest.mark.parametrize("flicker", first_daily([False, True]))
+def test_of_an_iron_that_changed_whole_both_parts_are_found(flicker: bool) -> None:
     """The offset is a hundredth of the matrix's nats and less; neither is the other's form, for both are linear."""
-    found = {one.name: one for one in iron_changes(select(problem(hidden=IRON_NOW | colour))).changes}
+    found = {one.name: one for one in iron_changes(changed_whole(flicker)).changes}
     assert set(found) == {"soft_iron", "hard_iron"}
     assert found["hard_iron"].evidence.gain < 0.02 * found["soft_iron"].evidence.gain
 
 
 def test_an_iron_that_changed_whole_is_told_as_it_is() -> None:
-    posed = problem(hidden=IRON_NOW)
-    told: dict[str, Any] = {one.name: one.effect for one in explain(conclude(select(posed)), ()).named}
+    told: dict[str, Any] = {one.name: one.effect for one in explain(conclude(changed_whole()), ()).named}
     assert told["hard_iron"].offset_nT == pytest.approx(IRON_NOW["hard_iron"]["offset_nT"], abs=1.0)
     np.testing.assert_allclose(told["soft_iron"].matrix, IRON_NOW["soft_iron"]["matrix"], atol=2e-5)
 
 
 def test_an_iron_that_changed_is_no_drift_that_settles_at_once_and_no_loop_wider_than_the_field() -> None:
-    found = iron_changes(select(problem(hidden=IRON_NOW))).changes
+    found = iron_changes(changed_whole()).changes
     listed = {name for one in found for name in one.alternatives}
     assert all(BY_NAME[name].traits.absorbed for name in listed)
 

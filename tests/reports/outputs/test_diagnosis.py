@@ -243,6 +243,7 @@ def test_the_page_answers_before_it_draws(found: Diagnosis) -> None:
     assert not re.search(r"(src|href)=\"(?!data:|#)", without_scripts(page))
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_class_is_told_plainly(
     found: Diagnosis, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -5,12 +5,15 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import pytest
+
 from reports.outputs.diagnosis import FILES, write_pooled_diagnosis
 from reports.presentation.pooled import PresentedPool
 from sim.scenario import load_model
 from tests.diagnosis.several.test_workflow import NAMES, motor, together
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_the_lot_and_each_recording_are_written(tmp_path: Path) -> None:
     found = together(motor(1.0), motor(1.3))
     folders = write_pooled_diagnosis(PresentedPool.of(found), tmp_path, "Diagnosis of 2 recordings")
