@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -28,16 +29,23 @@ SAMPLES = 400
 FLICKER, WALK, BOTH = Colour(20.0, 0.0), Colour(0.0, 5.0), Colour(20.0, 5.0)
 
 
+@cache
+def flicker_lags(interval_s: float) -> Array:
+    """Covariance (n,) over each lag of the density 1 / f, flat below FLICKER_LOW_HZ."""
+    top = 0.5 / interval_s
+    return np.array(
+        [
+            FLICKER_LOW_HZ * 1.0 / FLICKER_LOW_HZ
+            + quad(lambda u, t=t: np.cos(2 * np.pi * np.exp(u) * t), np.log(FLICKER_LOW_HZ), np.log(top), limit=2000)[0]
+            for t in interval_s * np.arange(SAMPLES)
+        ]
+    )
+
+
 def covariance(colour: Colour, interval_s: float) -> Array:
     """C (n, n) of one axis without its white noise: the density d^2 / f, flat below FLICKER_LOW_HZ; min(t, t')."""
     times = interval_s * np.arange(SAMPLES)
-    top = 0.5 / interval_s
-    lags = [
-        FLICKER_LOW_HZ * 1.0 / FLICKER_LOW_HZ
-        + quad(lambda u, t=t: np.cos(2 * np.pi * np.exp(u) * t), np.log(FLICKER_LOW_HZ), np.log(top), limit=2000)[0]
-        for t in times
-    ]
-    flicker = np.array(lags)[np.abs(np.subtract.outer(np.arange(SAMPLES), np.arange(SAMPLES)))]
+    flicker = flicker_lags(interval_s)[np.abs(np.subtract.outer(np.arange(SAMPLES), np.arange(SAMPLES)))]
     walk = np.minimum.outer(times, times)
     return np.asarray(colour.flicker_nT_sqrt_hz**2 * flicker + colour.walk_nT_sqrt_s**2 * walk)
 
