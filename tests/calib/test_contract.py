@@ -157,10 +157,22 @@ def test_too_few_samples(name, standard):
     assert "record longer" in status.reason
 
 
-@ONE_OF_THE_SEARCHES
+LEVEL = [(None, 3600), (7, 600), (None, 36_000), (7, 36_000)]
+"""Seeds and samples of level turns: the first two by day, of `gyro_accel_ml` the first, since `gyro_ml` tries as it."""
+
+
+def daily_turns(name):
+    """How many of LEVEL a calibrator takes by day."""
+    return 0 if name in OTHER_SEARCHES else 1 if name == "gyro_accel_ml" else 2
+
+
 @pytest.mark.parametrize(
-    ("seed", "n"),
-    [(None, 3600), (7, 600), *(pytest.param(seed, 36_000, marks=pytest.mark.slow) for seed in (None, 7))],
+    ("name", "seed", "n"),
+    [
+        pytest.param(name, *case, marks=[pytest.mark.slow] * (k >= daily_turns(name)))
+        for name in CALIBRATORS
+        for k, case in enumerate(LEVEL)
+    ],
 )
 def test_level_turns_say_nothing_of_the_vertical(name, seed, n, standard):
     least = 1200 if "array" in CALIBRATORS[name].needs else 0  # fewer poses leave more of an array open
