@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 import magbench
+from diagnosis.result import Diagnosis
 from diagnosis.workflow import diagnose
 from magbench.api.diagnosis_results import DiagnosisResult
 from magbench.diagnosis_tables import show_answer
@@ -46,11 +48,16 @@ CASES: dict[str, tuple[float, dict[str, Any], tuple[str, str, str]]] = {
 }
 
 
-@pytest.mark.parametrize(("noise_nT", "hidden", "said"), CASES.values(), ids=CASES)
-def test_the_tiles_say_what_the_finding_rests_on(
-    noise_nT: float, hidden: dict[str, Any], said: tuple[str, str, str]
-) -> None:
-    found = diagnose(recording(2000, noise_nT=noise_nT, hidden=hidden), ModelSpec.model_validate(BARE))
+@cache
+def diagnosed(case: str) -> Diagnosis:
+    """The diagnosis of a case's recording by the bare model."""
+    noise_nT, hidden, _ = CASES[case]
+    return diagnose(recording(2000, noise_nT=noise_nT, hidden=hidden), ModelSpec.model_validate(BARE))
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_tiles_say_what_the_finding_rests_on(case: str) -> None:
+    found, said = diagnosed(case), CASES[case][2]
     (missing, _), *sure, (_, share) = tiles = PresentedDiagnosis.of(found).tiles
     assert missing == said[0]
     assert [said[1] in label for _, label in sure[:1]] == [True] * bool(said[1])
@@ -59,8 +66,7 @@ def test_the_tiles_say_what_the_finding_rests_on(
 
 
 def test_the_tile_says_whether_a_second_recording_was_asked() -> None:
-    given = recording(2000, hidden={MotorCurrent.name: {"gain_nT_A": [20.0, -10.0, 40.0]}})
-    found = diagnose(given, ModelSpec.model_validate(BARE))
+    found = diagnosed("fitted")
     assert "confirm with a second" in PresentedDiagnosis.of(found).tiles[1][1]
     asked = replace(found, has_second=True)
     assert "the second recording does not confirm it" in PresentedDiagnosis.of(asked).tiles[1][1]
@@ -103,9 +109,8 @@ def test_block_means_of_a_gap_keep_its_mean_square_apart_from_the_scatter_within
 
 def test_a_tone_stands_in_the_spectrum_at_its_frequency_with_its_power() -> None:
     """Parseval: the density squared, integrated over frequency, is the mean square of a component."""
-    given = recording(2000)
-    found = diagnose(given, ModelSpec.model_validate(BARE))
-    tone_nT = np.sqrt(2) * 30.0 * np.sin(2 * np.pi * 1.0 * given.time_s)[:, None] * np.ones(3)
+    found = diagnosed("nothing")
+    tone_nT = np.sqrt(2) * 30.0 * np.sin(2 * np.pi * 1.0 * found.problem.recording.time_s)[:, None] * np.ones(3)
     density = series.DiagnosisSeries.of(replace(found, before_nT=tone_nT)).spectrum
     assert density.frequency_Hz[np.argmax(density.before)] == pytest.approx(1.0, abs=0.05)
     edges_Hz = np.concatenate([[0.0], (density.frequency_Hz[1:] + density.frequency_Hz[:-1]) / 2])
