@@ -124,7 +124,7 @@ def test_a_field_that_does_what_an_attitude_that_grows_wrong_does_lists_the_atti
     assert "attitude_misalignment" in (one.name, *one.alternatives)
 
 
-@pytest.mark.parametrize("seed", first_daily([6, 7]))
+@pytest.mark.parametrize("seed", [6, 7])
 def test_the_mean_of_an_attitude_that_wanders_is_no_constant_turn_and_no_error_of_the_field(seed: int) -> None:
     kicks = np.random.default_rng(seed).normal(size=(2000, 3)) * np.sqrt(2 / 3000)
     wander = lfilter([1.0], [1.0, -np.exp(-1 / 3000)], kicks, axis=0)
