@@ -196,8 +196,10 @@ def _far(seen: Array, policy: Policy) -> tuple[Mask, Array]:
     """Outliers (n, q) among quiet neighbours, and the distance of each value from the local median."""
     size = (policy.burst_median, 1)
     off = np.abs(seen - median_filter(seen, size=size, mode="nearest"))
-    quiet = median_filter(off, size=size, mode="nearest") < policy.somewhat_larger
-    return (off > policy.never_sigma) & quiet, off
+    far = off > policy.never_sigma
+    if far.any():
+        far &= median_filter(off, size=size, mode="nearest") < policy.somewhat_larger
+    return far, off
 
 
 def _farthest(mag_nT: Array, first: int, end: int, at: int) -> int:

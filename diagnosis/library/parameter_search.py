@@ -125,9 +125,12 @@ def _between_lines(weighted: Array, time_s: Array, centre: float, line_hz: float
     """Frequency of the largest power within a spectral line, to a hundredth of a line."""
     step = line_hz / 2
     for _ in range(4):
-        tried = centre + step * np.linspace(-1, 1, 9)
-        power = (np.abs(np.exp(-2j * np.pi * tried[:, None] * time_s) @ weighted) ** 2).sum(axis=1)
-        centre, step = float(tried[int(np.argmax(power))]), step / 4
+        wave, next_wave = (np.exp(-2j * np.pi * hz * time_s) for hz in (centre - step, step / 4))
+        power = []
+        for _ in range(9):
+            power.append(float((np.abs(wave @ weighted) ** 2).sum()))
+            wave *= next_wave
+        centre, step = centre + step * (int(np.argmax(power)) / 4 - 1), step / 4
     return max(centre, 1e-6)
 
 

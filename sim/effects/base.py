@@ -217,11 +217,11 @@ class Effect(ABC):
         high = {p.name: min(1.0, p.high) for p in cls._parameters}
         rng = np.random.default_rng(0)
         units = cls.linear_units(forms)
-        columns = np.zeros((len(state), 3, len(units)))
+        columns = np.empty((len(state), 3, len(units)))
         for k, (name, unit) in enumerate(units):
             values: dict[str, Any] = {name: unit * high[name], **nonlinear}
             effect = cls(**values)
-            columns[:, :, k] = effect.contribution(state, signal_nT, rng, {}) / high[name]
+            np.divide(effect.contribution(state, signal_nT, rng, {}), high[name], out=columns[:, :, k])
         return columns
 
     def coefficients(self, forms: Collection[str] | None = None) -> Array:

@@ -63,7 +63,7 @@ class TemperatureScale(Effect):
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         warmer_K = _felt_degC(state, (self.lag_s, self.second_lag_s), memory) - self.reference_degC
-        return signal_nT * warmer_K * (array(self.slope_1_K) + warmer_K * array(self.square_1_K2))
+        return signal_nT * _curve(warmer_K, self.slope_1_K, self.square_1_K2)
 
     @classmethod
     def central_reference(cls, state: State) -> dict[str, float]:
@@ -95,7 +95,7 @@ class TemperatureOffset(Effect):
 
     def apply(self, state: State, signal_nT: Array, rng: np.random.Generator, memory: Memory) -> Array:
         warmer_K = _felt_degC(state, (self.lag_s, self.second_lag_s), memory) - self.reference_degC
-        return warmer_K * (array(self.slope_nT_K) + warmer_K * array(self.square_nT_K2))
+        return _curve(warmer_K, self.slope_nT_K, self.square_nT_K2)
 
     @classmethod
     def central_reference(cls, state: State) -> dict[str, float]:
@@ -109,6 +109,12 @@ class TemperatureOffset(Effect):
 def _middle(state: State) -> dict[str, float]:
     """Mean temperature of a recording as reference, to a tenth of a degree."""
     return {"reference_degC": round(float(np.mean(state.channel(TEMPERATURE))), 1)}
+
+
+def _curve(warmer_K: Array, slope: Vec3, square: Vec3) -> Array:
+    """``k dT + k2 dT^2`` (n, 3) of a difference of temperature (n, 1), the square where it is in use."""
+    course = warmer_K * array(slope)
+    return course + warmer_K**2 * array(square) if any(square) else course
 
 
 def _felt_degC(state: State, lags_s: tuple[float, ...], memory: Memory) -> Array:

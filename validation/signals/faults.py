@@ -239,7 +239,9 @@ def _local_std(size: Array) -> Array:
     """Return robust standard deviations (n,) of an error of size (n,): overall, or local where larger."""
     overall = np.median(size) / 0.6745
     blocks = max(len(size) // NOISE_WINDOW, 1)
-    parts = np.array_split(size, blocks)
-    local = np.array([np.median(part) for part in parts]) / 0.6745
+    length, longer = divmod(len(size), blocks)
+    cut = longer * (length + 1)  # the first parts are longer by one, as numpy splits an array
+    parts = size[:cut].reshape(longer, length + 1), size[cut:].reshape(blocks - longer, length)
+    local = np.concatenate([np.median(part, axis=1) for part in parts if part.size]) / 0.6745
     widest = np.maximum(local, np.maximum(np.r_[local[1:], 0], np.r_[0, local[:-1]]))
-    return np.asarray(np.maximum(np.repeat(widest, [len(part) for part in parts]), overall))
+    return np.maximum(np.repeat(widest, [length + 1] * longer + [length] * (blocks - longer)), overall)
