@@ -222,7 +222,7 @@ class LinearProblem(Known):
         else:
             ahead = self.output_axes.reshape(-1, 3) @ (np.linalg.inv(self.turn) @ matrix)
             along = ahead.reshape(self.output_axes.shape)
-        return parts_along(along, contribution_nT, self.usable[:, None] / self.sigma_nT)
+        return parts_along(along, contribution_nT, self.usable, self.sigma_nT)
 
     def earth_axes(self) -> Array:
         """Columns (n, q, 3) of a unit field along east, north and up."""
@@ -265,14 +265,15 @@ def about_model_effects(pose: Callable[[Array | float], LinearProblem]) -> Linea
 
 
 @kernel
-def parts_along(along: Array, vectors: Array, size: Array) -> Array:
-    """``size[n, q] sum_i along[n, q, i] vectors[n, i, k]`` (n, q, k)."""
+def parts_along(along: Array, vectors: Array, usable: Array, sigma: Array) -> Array:
+    """``usable[n] / sigma[q] sum_i along[n, q, i] vectors[n, i, k]`` (n, q, k)."""
     n, q, _ = along.shape
     k = vectors.shape[2]
     out = np.empty((n, q, k))
     for i in range(n):
         for a in range(q):
-            x, y, z = along[i, a, 0] * size[i, a], along[i, a, 1] * size[i, a], along[i, a, 2] * size[i, a]
+            size = usable[i] / sigma[a]
+            x, y, z = along[i, a, 0] * size, along[i, a, 1] * size, along[i, a, 2] * size
             for j in range(k):
                 out[i, a, j] = x * vectors[i, 0, j] + y * vectors[i, 1, j] + z * vectors[i, 2, j]
     return out
