@@ -47,7 +47,8 @@ def rank_windowed(
     candidates = [several[0] for several in (listed | best_settings | iron_candidates()).values()]
     spans = [(timeline.best(rows.bin(one.columns(problem))), one) for one in candidates if one.can_have_window]
     worth = sorted((pair for pair in spans if _is_worth(pair[0], policy)), key=lambda pair: -pair[0].gain)
-    best = worth[: policy.tried_coloured]
+    least = worth[0][0].gain - policy.apart if worth else 0.0  # at rest all iron is one constant
+    best = [one for i, one in enumerate(worth) if i < policy.tried_coloured or one[0].gain > least]
     found = [_judged(baseline, timeline, listed.get(candidate.name, []), candidate, span) for span, candidate in best]
     return [evidence for evidence in found if evidence is not None]
 

@@ -117,3 +117,17 @@ def test_a_field_that_keeps_its_strength_turns_unless_channels_leave_little(
     round_nT = 5e4 * (1 + off * wave(16))[:, None] * np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
     given = told_by_channels(round_nT, [np.cos(angle), np.sin(angle)], left)
     assert at_rest(given, 5e4, STANDARD) is moved
+
+
+def test_a_current_that_hardly_changes_and_a_magnet_look_the_same_in_a_part_of_a_rest() -> None:
+    """Beside a sensor at rest every iron is one constant, as is a steady current: all are listed."""
+    rng, n = np.random.default_rng(1), 3000
+    on = (np.arange(n) >= 900) & (np.arange(n) < 1500)
+    mag = np.array([20_000.0, -5_000.0, 43_000.0]) + 2.0 * rng.normal(size=(n, 3)) + np.outer(on, [3.0, -4.0, 3.5])
+    current_A = 6.0 + 0.05 * rng.normal(size=(n, 1))
+    given = Recording(time_s=np.arange(n) / 10, mag_nT=mag, current_A=current_A, motor_numbers=(1,))
+    found = diagnose(given, ModelSpec(), strength_nT=48_000.0, fitted_base=True)
+    (cause,) = found.named
+    assert found.verdict == "class"
+    assert {"motor_current", "hard_iron", "sensor_offset"} <= {cause.name, *cause.alternatives}
+    assert cause.effect.active_s == pytest.approx((90.0, 150.0), abs=0.5)
