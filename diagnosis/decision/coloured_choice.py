@@ -170,8 +170,8 @@ class CandidateTest:
             yield NOT_SHOWN_BY_MOTION
         if added_share(self.selection.start, self.baseline, after.squares) < policy.trace:
             yield SMALL_SHARE_ADDED
-        if self.beside.nats_in_its_own_noise(fit) <= policy.coloured_nats:
-            yield LOUDER_NOISE
+        if self.beside.nats_in_its_own_noise(fit) <= policy.coloured_nats and after.left_of_last() > policy.trace:
+            yield LOUDER_NOISE  # beside a trace of what the effect takes, its ends are not sharp
 
     def _refusal_along_the_field(self, fit: CandidateFit, after: Baseline, coloured: bool) -> Iterator[str]:
         """An error of the attitude: no gain along the field in a coloured residual, or a loss there in any."""

@@ -63,6 +63,12 @@ class Baseline:
             residual -= columns @ c
         return np.asarray(residual * self.problem.usable[:, None])
 
+    def left_of_last(self) -> float:
+        """``sum f^2 r^2 / sum f^4``: power of the residual r where the last accepted effect f acts, over its own."""
+        columns = self.accepted_columns[-1]
+        f, r = columns @ fit(self.sums, self.all_folds).c[-columns.shape[2] :], self.residual()
+        return float((f**2 * r**2).sum() / max(float((f**4).sum()), 1e-300))
+
     def with_columns(self, columns: Array) -> Baseline:
         """The baseline with further columns (n, q, k) accepted; kept, and summed, as rounded to half of the memory."""
         rounded: Any = columns.astype(np.float32)

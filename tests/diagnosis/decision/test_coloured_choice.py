@@ -143,3 +143,17 @@ def test_a_burst_of_noise_is_no_effect_of_its_part(seed: int) -> None:
         [np.convolve(rng.normal(size=n), np.ones(5) / 5**0.5, mode="same") for _ in range(3)], axis=1
     )
     assert select(problem(replace(given, mag_nT=given.mag_nT + walk_nT + loud_nT * acts[:, None]))).accepted == ()
+
+
+@pytest.mark.parametrize("size_nT", [200.0, 1000.0])
+def test_a_magnet_brought_near_within_a_second_is_no_louder_noise(size_nT: float) -> None:
+    """Its ends, which are not sharp, leave more than the noise there; all else is a trace of what it takes."""
+    given, rng = recording(), np.random.default_rng(3)
+    time_s = given.time_s
+    near = np.clip(time_s - 80.0, 0.0, 1.2) / 1.2 - np.clip(time_s - 140.0, 0.0, 1.2) / 1.2
+    walk_nT = 0.05 * np.cumsum(rng.normal(size=(len(given), 3)), axis=0)
+    (accepted,) = select(
+        problem(replace(given, mag_nT=given.mag_nT + walk_nT + size_nT * np.outer(near, [0.6, -0.5, 0.62])))
+    ).accepted
+    assert accepted.name == "hard_iron"
+    assert accepted.evidence.candidate.window == pytest.approx((80.6, 140.6), abs=1.0)
