@@ -47,8 +47,8 @@ class Policy(Effort):
     trace: float = number(0.05, "share below which something is a trace: the gap an effect adds in coloured noise, a "
         "vector left, what is left where an effect acts, a step of rounding over the noise, a level part of the field, "
         "the strength's change at rest",
-        run="measured logs: 0.004 to 0.018 for four gliders with pitch and roll, 0.14 for torque rods at rest; bursts of "
-        "noise leave 0.08 to 0.9 of what an effect takes, magnets that come within a second 0.0007 to 0.024")
+        run="measured logs: 0.004 to 0.018 for four gliders with pitch and roll, 0.14 for torque rods at rest; bursts "
+        "of noise leave 0.08 to 0.9 of what an effect takes, magnets that come within a second 0.0007 to 0.024")
     little: float = number(0.1, "share below which little is left: survival beside the iron, errors along the field, "
         "repeated attitudes, a channel beside time, a second axis at rest",
         run="tuning seeds: a clock's errors in a hand 0.09, spikes 0.5; an error of the attitude half its angle")

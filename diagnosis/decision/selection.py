@@ -19,7 +19,14 @@ from diagnosis.decision.forms import complete_forms, first_form_evidence, split_
 from diagnosis.evidence.along_field import within_stated_errors
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.field_pulsations import find_pulsations
-from diagnosis.evidence.held_out import CandidateResult, judge_candidate, rank_candidates, with_outcomes
+from diagnosis.evidence.held_out import (
+    CandidateResult,
+    judge_candidate,
+    judge_settings,
+    rank_candidates,
+    with_outcomes,
+    withdraw_names,
+)
 from diagnosis.evidence.windowed_candidates import rank_windowed
 from diagnosis.library.candidates import Candidate, propose_candidates
 from diagnosis.problem.linear import LinearProblem
@@ -27,6 +34,7 @@ from sim.effects import EFFECTS
 from sim.state import MOTION
 
 Progress = Callable[[str], object]
+SUPERSEDED = "nothing of it is left beside the effects found later"
 
 
 def select(
@@ -56,8 +64,27 @@ def select(
         accepted = _refit_settings(chosen, selection.accepted, candidates, start)
         accepted.append(_with_form_owner(chosen, accepted))
         selection = replace(selection, accepted=tuple(accepted), end=start)  # frees the columns of the last baseline
-        selection = complete_forms(split_by_motor(selection))
+        selection = _without_superseded(complete_forms(split_by_motor(selection)))
     return selection
+
+
+def _without_superseded(selection: Selection) -> Selection:
+    """Drop effects that lose most of their size, and their evidence, beside effects accepted later.
+
+    A tone, as the only line of two motor currents, gains more than either; beside both nothing is left of it.
+    """
+    start, policy, out = selection.start, selection.start.problem.policy, selection.accepted
+    for effect in out[:-1]:
+        others, most = tuple(one for one in out if one is not effect), policy.half * effect.evidence.strength
+        beside = judge_settings(baseline_with(others, start), [effect.evidence.candidate])
+        owner = any(one.form_of == effect.name for one in others)
+        if beside is not None and beside.nats <= policy.apart and beside.strength < most and not owner:
+            out = others
+    if len(out) == len(selection.accepted):
+        return selection
+    first = out[0] is selection.accepted[0]
+    results = selection.results if first else withdraw_names(selection.results, (SUPERSEDED,))
+    return replace(selection, accepted=out, results=results).beside(baseline_with(out, start))
 
 
 def choose_windows_again(selection: Selection) -> Selection:

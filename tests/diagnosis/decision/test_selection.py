@@ -223,3 +223,20 @@ def test_what_is_in_is_settled_anew_beside_the_next() -> None:
     selection = select(problem(n=2500, hidden=hidden))
     assert {one.name for one in selection.accepted} == set(hidden)
     assert selection.after.clean
+
+
+def test_a_tone_that_two_currents_have_in_common_is_dropped_beside_both() -> None:
+    """With a phase of its own on each axis the one line explains more than either current alone."""
+    given = recording()
+    t = given.time_s
+    phases = np.outer(t, [0.31, 0.53, 0.71]) + np.arange(3.0)
+    currents_A = 6.0 + np.column_stack(
+        [np.sin(1.4 * t) + 0.5 * np.sin(phases).sum(axis=1), np.cos(1.4 * t) + 0.5 * np.cos(1.3 * phases).sum(axis=1)]
+    )
+    gains = np.array([[-1.3, 1.9, -0.2], [-1.6, -1.3, 0.9]])
+    told = select(problem(replace(given, current_A=currents_A, mag_nT=given.mag_nT + currents_A @ gains)))
+    assert told.results[0].name == "steady_tone"
+    assert told.results[0].outcome.startswith("withdrawn")
+    motors = [(one.name, dict(one.evidence.candidate.nonlinear)["motor"]) for one in told.accepted]
+    assert sorted(motors) == [("motor_current", 1), ("motor_current", 2)]
+    assert told.after.clean
