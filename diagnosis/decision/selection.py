@@ -22,7 +22,6 @@ from diagnosis.evidence.field_pulsations import find_pulsations
 from diagnosis.evidence.held_out import (
     CandidateResult,
     judge_candidate,
-    judge_settings,
     rank_candidates,
     with_outcomes,
     withdraw_names,
@@ -69,22 +68,19 @@ def select(
 
 
 def _without_superseded(selection: Selection) -> Selection:
-    """Drop effects that lose most of their size, and their evidence, beside effects accepted later.
+    """Drop effects that gain nothing beside those accepted later, where these leave a clean residual without them.
 
     A tone, as the only line of two motor currents, gains more than either; beside both nothing is left of it.
     """
-    start, policy, out = selection.start, selection.start.problem.policy, selection.accepted
-    for effect in out[:-1]:
-        others, most = tuple(one for one in out if one is not effect), policy.half * effect.evidence.strength
-        beside = judge_settings(baseline_with(others, start), [effect.evidence.candidate])
-        owner = any(one.form_of == effect.name for one in others)
-        if beside is not None and beside.nats <= policy.apart and beside.strength < most and not owner:
-            out = others
-    if len(out) == len(selection.accepted):
-        return selection
-    first = out[0] is selection.accepted[0]
-    results = selection.results if first else withdraw_names(selection.results, (SUPERSEDED,))
-    return replace(selection, accepted=out, results=results).beside(baseline_with(out, start))
+    start, kept = selection.start, selection
+    for effect in selection.accepted[:-1]:
+        others = [one for one in kept.accepted if one is not effect]
+        owned = (replace(one, form_of=None) if one.form_of == effect.name else one for one in others)
+        beside = replace(kept, accepted=tuple(owned)).beside(baseline_with(others, start))
+        if beside.after.clean and beside.end.evidence_of(effect.columns(start.problem)) < start.problem.policy.apart:
+            first = effect is selection.accepted[0]
+            kept = replace(beside, results=withdraw_names(kept.results, (SUPERSEDED,))) if first else beside
+    return kept
 
 
 def choose_windows_again(selection: Selection) -> Selection:
@@ -98,7 +94,7 @@ def choose_windows_again(selection: Selection) -> Selection:
         others = replace(selection, accepted=(*out[:i], *out[i + 1 :]))
         beside = others.beside(baseline_with(others.accepted, start))
         out[i] = _choose(beside, candidates, alone=True)[0] or out[i]
-    return complete_forms(split_by_motor(replace(selection, accepted=tuple(out))))
+    return _without_superseded(complete_forms(split_by_motor(replace(selection, accepted=tuple(out)))))
 
 
 def _choose(
