@@ -79,6 +79,7 @@ NOTHING: Mapping[str, Mapping[str, Neutral]] = {
         "is_form_by_size": answer(value=False),
         "_refit_settings": lambda rule, chosen, accepted, candidates, start: list(accepted),
         "_with_form_owner": argument(0),
+        "_without_superseded": argument(0),
     },
     "decision.forms": {
         "_best_form": answer(None),

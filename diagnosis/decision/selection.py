@@ -19,13 +19,7 @@ from diagnosis.decision.forms import complete_forms, first_form_evidence, split_
 from diagnosis.evidence.along_field import within_stated_errors
 from diagnosis.evidence.baseline import Baseline
 from diagnosis.evidence.field_pulsations import find_pulsations
-from diagnosis.evidence.held_out import (
-    CandidateResult,
-    judge_candidate,
-    rank_candidates,
-    with_outcomes,
-    withdraw_names,
-)
+from diagnosis.evidence.held_out import CandidateResult, judge_candidate, rank_candidates, with_outcomes, withdraw_names
 from diagnosis.evidence.windowed_candidates import rank_windowed
 from diagnosis.library.candidates import Candidate, propose_candidates
 from diagnosis.problem.linear import LinearProblem

@@ -11,15 +11,7 @@ from calib.numerics.rates import body_rate, smoothed_derivative
 from diagnosis.policy import Policy
 from diagnosis.problem.known import Known
 from diagnosis.problem.linear import IN_EARTH_FRAME, LinearProblem, about_model_effects
-from diagnosis.problem.motion import (
-    held,
-    measured,
-    motion_of,
-    noise_of_neighbours,
-    outliers,
-    sample_noise,
-    state_of,
-)
+from diagnosis.problem.motion import held, measured, motion_of, noise_of_neighbours, outliers, sample_noise, state_of
 from recordings import Recording
 from recordings.channels import REFERENCE
 from scenarios.arrays import Array

@@ -19,12 +19,7 @@ from diagnosis.repair.named_effects import named_values
 from diagnosis.repair.new_model import patch_model
 from diagnosis.result import EvidenceKind, Explanation, Transfer
 from diagnosis.several.coefficients import predicted_by_others
-from diagnosis.several.common_effects import (
-    CommonEffect,
-    common_effect,
-    common_iron_changes,
-    common_value_effects,
-)
+from diagnosis.several.common_effects import CommonEffect, common_effect, common_iron_changes, common_value_effects
 from diagnosis.several.pooled_effect import PooledEffect
 from diagnosis.several.result import SENSORS, PooledDiagnosis, worst
 from diagnosis.several.selection import PooledRecording, select_pooled
