@@ -244,4 +244,4 @@ def _local_std(size: Array) -> Array:
     parts = size[:cut].reshape(longer, length + 1), size[cut:].reshape(blocks - longer, length)
     local = np.concatenate([np.median(part, axis=1) for part in parts if part.size]) / 0.6745
     widest = np.maximum(local, np.maximum(np.r_[local[1:], 0], np.r_[0, local[:-1]]))
-    return np.maximum(np.repeat(widest, [length + 1] * longer + [length] * (blocks - longer)), overall)
+    return np.asarray(np.maximum(np.repeat(widest, [length + 1] * longer + [length] * (blocks - longer)), overall))
