@@ -16,8 +16,8 @@ from diagnosis.library.drivers import in_axes
 from scenarios.arrays import Array
 from sim.effects.channels import HIGHEST, powers
 
-ROWS, TOGETHER = 3000, 24
-"""Number of rows in the search at most, and number of frequencies processed together: cost, not a decision."""
+LEAST_ROWS, MOST_ROWS, ROWS_A_PERIOD, TOGETHER = 500, 3000, 20, 24
+"""Rows in the search, of them in the shortest period, and frequencies processed together: cost, not a decision."""
 FINER, ROUNDS = 4, 6
 """Refinement factor of the frequency step, and number of refinements: down to a thousandth of a spectral line."""
 
@@ -50,7 +50,8 @@ class _Swings:
     @classmethod
     def of(cls, baseline: Baseline, candidate: Candidate) -> _Swings:
         problem, state = baseline.problem, baseline.problem.state
-        coarse = replace(problem.policy, most_rows=ROWS)
+        wanted = round(ROWS_A_PERIOD * float(np.ptp(state.time_s)) / problem.policy.fastest_pulse_s)
+        coarse = replace(problem.policy, most_rows=min(max(wanted, LEAST_ROWS), MOST_ROWS))
         rows = BinnedRows.of(state.time_s, problem.usable, problem.base, problem.target, coarse)
         axes = problem.whitened(candidate.seen(state.R_wb.transpose(0, 2, 1)), candidate.effect)
         middle_s = rows.row_start_s + (rows.interval_s - state.interval_s) / 2
