@@ -28,6 +28,21 @@ HZ = 10.0
 CAUSES = {name for effect in EFFECTS for name in effect.needs} - MOTION
 OTHER_CAUSES = sorted(name for name in CAUSES if group_of(name) == "channel")
 """What effects depend on beside what every recording may hold."""
+COSTLY = frozenset(effect.name for effect in EFFECTS if effect.with_role("place", "period"))
+"""Effects sought by their place or their period, a third of the work: left out where a test asks for no name of these.
+
+`test_workflow.py` hides effects beside the whole library.
+"""
+ALL_BUT_SEVEN = frozenset(effect.name for effect in EFFECTS) - {
+    "motor_current",
+    "current_ripple",
+    "hysteresis",
+    "nonlinearity",
+    "offset_jump",
+    "regional_field",
+    "temperature_offset",
+}
+"""Left out where seven effects are enough for a wrong name."""
 
 
 def recording(

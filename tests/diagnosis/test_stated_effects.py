@@ -15,7 +15,7 @@ from diagnosis.result import Diagnosis
 from diagnosis.workflow import diagnose
 from sim.scenario import ModelSpec
 from tests.diagnosis.conftest import BASE
-from tests.diagnosis.synthetic import FIELD_ENU_NT, NOISE_NT, recording
+from tests.diagnosis.synthetic import COSTLY, FIELD_ENU_NT, NOISE_NT, recording
 from tests.nightly import first_daily
 from validation.signals.amplitude import rms
 
@@ -33,7 +33,7 @@ def _model(**stated: Any) -> ModelSpec:
 
 
 def _diagnosed(true: dict[str, Any], stated: dict[str, Any], seed: int, **more: Any) -> Diagnosis:
-    return diagnose(recording(3000, seed=seed, hidden=BASE | true), _model(**stated), **more)
+    return diagnose(recording(3000, seed=seed, hidden=BASE | true), _model(**stated), without=COSTLY, **more)
 
 
 @pytest.mark.parametrize("factor", first_daily([0.8, -1.0, 0.0, 1.2], daily=2))
@@ -92,7 +92,7 @@ def test_a_late_attitude_is_part_of_the_written_model() -> None:
     made = recording(3000, seed=8, hidden=BASE)
     course = attitude_course(made.time_s, np.asarray(made.att_q))
     late = replace(made, att_q=attitude_at(course, np.maximum(made.time_s - 0.094, 0.0)))
-    found = diagnose(late, _model())
+    found = diagnose(late, _model(), without=COSTLY)
     assert "94 ms later" in found.sentence
     assert found.model.navigation.attitude_delay_s == pytest.approx(0.094, abs=0.001)
     claimed_nT = rms(found.after_nT[found.problem.usable > 0])

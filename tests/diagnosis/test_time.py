@@ -22,7 +22,7 @@ from scenarios.arrays import Array
 from sim.effects.dynamics import Latency
 from sim.effects.earth import DiurnalDrift
 from sim.effects.faults import Spikes
-from tests.diagnosis.synthetic import FIELD_ENU_NT, STRENGTH_NT, problem, recording
+from tests.diagnosis.synthetic import COSTLY, FIELD_ENU_NT, STRENGTH_NT, problem, recording
 
 DELAY_S, ROW_S = 0.015, 0.0035
 BURSTS_S = (60.0 * np.arange(600)[:, None] + 0.02 * np.arange(10)).ravel()
@@ -48,7 +48,7 @@ def test_a_delay_is_one_and_no_low_pass_that_is_taken_twice(held: float) -> None
     mag_nT = _turn(time_s - DELAY_S, 0.8).inv().apply(FIELD_ENU_NT) + 60 * rng.normal(size=(len(time_s), 3))
     last = np.maximum.accumulate(np.where(rng.random(len(time_s)) < held, 0, np.arange(len(time_s))))
     posed = pose(_moved(time_s, mag_nT[last], 0.8), Known(FIELD_ENU_NT, STRENGTH_NT))
-    (found,) = select(posed.without(held_rows(posed))).accepted
+    (found,) = select(posed.without(held_rows(posed)), COSTLY).accepted
     assert found.name == Latency.name
     assert dict(found.evidence.candidate.nonlinear)["delay_s"] == pytest.approx(DELAY_S, abs=0.0005)
 

@@ -24,7 +24,7 @@ from diagnosis.policy import STANDARD
 from diagnosis.problem.linear import LinearProblem
 from scenarios.arrays import Array
 from sim.effects import EFFECTS
-from tests.diagnosis.synthetic import problem, recording
+from tests.diagnosis.synthetic import COSTLY, problem, recording
 from tests.nightly import first_daily
 
 ERROR = {"error_enu_nT": [60.0, -40.0, 20.0]}
@@ -42,14 +42,14 @@ def test_of_two_effects_each_may_stand_beside_the_other_alone(refusal: str, monk
         return replace(of(self, one), refusal=refusal) if sole else of(self, one)
 
     monkeypatch.setattr(CandidateTest, "of", refusing)
-    first = [one.name for one in select(posed).accepted][:1]
+    first = [one.name for one in select(posed, COSTLY).accepted][:1]
     assert (first == ["field_gradient"]) is (refusal in REVISABLE_REFUSALS)
 
 
 def test_one_that_is_refused_is_neither_named_nor_listed(monkeypatch: pytest.MonkeyPatch) -> None:
     name = next(effect.name for effect in EFFECTS if any(p.name in ERROR for p in effect.parameters()))
     posed = problem(n=1500, hidden={name: ERROR})
-    (first,) = select(posed).accepted
+    (first,) = select(posed, COSTLY).accepted
     tried, of = [], CandidateTest.of
 
     def refusing(self: CandidateTest, one: CandidateFit) -> CandidateTrial:
@@ -57,7 +57,7 @@ def test_one_that_is_refused_is_neither_named_nor_listed(monkeypatch: pytest.Mon
         return replace(of(self, one), refusal="for a reason") if len(tried) == 1 else of(self, one)
 
     monkeypatch.setattr(CandidateTest, "of", refusing)
-    found = select(posed).accepted
+    found = select(posed, COSTLY).accepted
     assert tried[0] in {first.name, *first.alternatives}
     assert found
     assert tried[0] not in {found[0].name, *found[0].alternatives}
@@ -69,7 +69,7 @@ def test_what_has_another_size_in_each_part_is_refused() -> None:
     assert given.current_A is not None
     gain = np.where(given.time_s < 0.75 * given.time_s[-1], 1.0, -1.0)
     posed = problem(replace(given, mag_nT=given.mag_nT + (gain * given.current_A[:, 0])[:, None] * [3.0, -2.0, 1.0]))
-    accepted = select(posed).accepted
+    accepted = select(posed, COSTLY).accepted
     assert "motor_current" not in [one.name for one in accepted if one.evidence.candidate.window is None]
 
 
@@ -107,7 +107,7 @@ def test_a_turn_of_the_field_by_what_is_left_out_is_no_loop() -> None:
     eddies_s = 0.02 * np.array([[1.0, 0.3, -0.2], [0.0, 0.6, 0.2], [0.1, 0.0, 0.8]])
     posed = problem(replace(quiet, mag_nT=quiet.mag_nT + problem(quiet).state.field_rate_nT_s @ eddies_s.T))
     late = frozenset(effect.name for effect in EFFECTS if effect.traits.family)
-    assert select(posed, late).accepted == ()
+    assert select(posed, late | COSTLY).accepted == ()
 
 
 def _misturned(error_deg: Array) -> LinearProblem:

@@ -30,7 +30,7 @@ from sim.effects import BY_NAME, EFFECTS
 from sim.effects.base import Effect
 from sim.effects.iron import HardIron
 from sim.effects.noise import WhiteNoise
-from tests.diagnosis.synthetic import problem, recording
+from tests.diagnosis.synthetic import ALL_BUT_SEVEN, COSTLY, problem, recording
 
 DRIVEN = next(effect for effect in EFFECTS if effect.with_role("motor") and not effect.search_role())
 WARM = next(effect for effect in EFFECTS if any(p.unit == "nT/K" for p in effect.parameters()))
@@ -47,7 +47,7 @@ def _evidence(effect: type[Effect], gain: float, width: int, policy: Policy = ST
 @pytest.fixture(scope="module")
 def driven() -> Selection:
     """A selection with a current's field in it."""
-    return select(problem(hidden={DRIVEN.name: {DRIVEN.linear[0]: [2.0, -1.0, 4.0]}}))
+    return select(problem(hidden={DRIVEN.name: {DRIVEN.linear[0]: [2.0, -1.0, 4.0]}}), COSTLY)
 
 
 @pytest.fixture(scope="module")
@@ -86,7 +86,7 @@ def test_one_effect_is_found_and_leaves_nothing(driven: Selection) -> None:
 
 def test_two_effects_are_found_one_after_the_other() -> None:
     hidden = {DRIVEN.name: {DRIVEN.linear[0]: [2.0, -1.0, 4.0]}, WARM.name: {WARM.linear[0]: [6.0, -5.0, 4.0]}}
-    selection = select(problem(hidden=hidden))
+    selection = select(problem(hidden=hidden), ALL_BUT_SEVEN)
     assert {one.name for one in selection.accepted} == {DRIVEN.name, WARM.name}
     others = frozenset(BY_NAME) - {DRIVEN.name, WARM.name}
     alone = select(problem(hidden=hidden, policy=Policy(most_effects=1)), others)
@@ -152,7 +152,7 @@ def test_what_is_left_beside_as_many_effects_as_are_looked_for_is_no_slow_noise(
 def moved() -> Selection:
     """A selection of white noise beside another hard iron than the model's."""
     given = recording()
-    return select(problem(replace(given, mag_nT=given.mag_nT + np.array([300.0, -200.0, 100.0]))))
+    return select(problem(replace(given, mag_nT=given.mag_nT + np.array([300.0, -200.0, 100.0]))), COSTLY)
 
 
 def test_iron_is_asked_only_where_the_model_knows_it(moved: Selection, nothing: Selection) -> None:

@@ -15,12 +15,12 @@ from scenarios.toml import to_toml
 from sim.effects.currents import MotorCurrent
 from sim.scenario import ModelSpec, load_model
 from tests.diagnosis.own_compass import IRON, with_own_compass
-from tests.diagnosis.synthetic import FIELD_ENU_NT
+from tests.diagnosis.synthetic import COSTLY, FIELD_ENU_NT
 
 
 def _found(gain_nT_A: float, wander_deg: float) -> Diagnosis:
     given = with_own_compass(0.05, IRON, gain_nT_A=gain_nT_A, wander_deg=wander_deg)
-    return diagnose(given, ModelSpec(), field_enu_nT=FIELD_ENU_NT, fitted_base=True)
+    return diagnose(given, ModelSpec(), field_enu_nT=FIELD_ENU_NT, fitted_base=True, without=COSTLY)
 
 
 @pytest.mark.parametrize(("gain_nT_A", "verdict"), [(0.0, Verdict.NONE), (60.0, Verdict.NAMED)])

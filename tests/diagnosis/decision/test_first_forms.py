@@ -19,7 +19,7 @@ from scenarios.arrays import Array
 from sim.effects import BY_NAME
 from sim.effects.nonlinearity import ROUNDED, Hysteresis
 from sim.effects.temperature import TemperatureOffset
-from tests.diagnosis.synthetic import NOISE_NT, problem, recording, without_attitude
+from tests.diagnosis.synthetic import COSTLY, NOISE_NT, problem, recording, without_attitude
 
 LIBRARY = {"hysteresis", "nonlinearity", "eddy_current", "hard_iron_drift", "offset_jump", "temperature_offset"}
 FIELD_NT, WAY_NT = 47_434.0, 15_000.0
@@ -84,7 +84,7 @@ def _bent(lag_s: float, sigma: float = 1.5) -> Recording:
 def test_a_bent_course_of_temperature_felt_late_is_found() -> None:
     """By its slope alone it leaves so much colour that it gains less than is needed, whatever its size."""
     posed = problem(_bent(5.0))
-    found = select(posed)
+    found = select(posed, COSTLY)
     assert ({one.name for one in found.accepted}, found.after.clean) == ({TemperatureOffset.name}, True)
 
 

@@ -21,7 +21,7 @@ from diagnosis.repair.named_effects import explain
 from recordings import Recording
 from sim.effects import BY_NAME
 from sim.scenario import ModelSpec
-from tests.diagnosis.synthetic import STRENGTH_NT, problem, recording
+from tests.diagnosis.synthetic import COSTLY, STRENGTH_NT, problem, recording
 from tests.nightly import first_daily
 
 
@@ -67,10 +67,11 @@ def test_a_drift_is_counted_from_any_time() -> None:
     quiet, rate = recording(3000), np.array([0.04, -0.03, 0.02])
     ramp_nT = (quiet.time_s - quiet.time_s.mean())[:, None] * rate
     drifting = replace(quiet, mag_nT=quiet.mag_nT + ramp_nT)
-    alone = iron_changes(select(problem(drifting)))
+    alone = iron_changes(select(problem(drifting), COSTLY))
     assert alone.changes == ()
     assert alone.conventional[0].evidence.coefficients == pytest.approx(-quiet.time_s.mean() * rate, abs=0.5)
-    both = iron_changes(select(problem(replace(drifting, mag_nT=drifting.mag_nT + np.array([20.0, 30.0, 10.0])))))
+    moved = replace(drifting, mag_nT=drifting.mag_nT + np.array([20.0, 30.0, 10.0]))
+    both = iron_changes(select(problem(moved), COSTLY))
     assert [one.name for one in both.changes] == ["hard_iron"]
 
 
@@ -80,7 +81,7 @@ def test_a_temperature_that_hardly_changes_keeps_its_slope() -> None:
     swing_K, slope = 0.15 * np.sin(0.02 * quiet.time_s), np.array([30.0, -45.0, 20.0])
     mag_nT = quiet.mag_nT + swing_K[:, None] * slope
     posed = problem(replace(quiet, mag_nT=mag_nT, temperature_degC=5 + swing_K))
-    (named,) = explain(conclude(select(posed)), ()).named
+    (named,) = explain(conclude(select(posed, COSTLY)), ()).named
     assert named.effect.slope_nT_K == pytest.approx(slope, rel=0.05)  # type: ignore[attr-defined]
     (iron,) = named.also
     assert iron.offset_nT == pytest.approx(15 * slope, rel=0.05)  # type: ignore[attr-defined]
@@ -90,7 +91,7 @@ def test_one_effect_with_two_parts_is_one_name() -> None:
     """Two motors whose fields differ are one cause, whose second part goes into the model with the first."""
     gains = [{"gain_nT_A": [6.0, -3.0, 4.0], "motor": 1}, {"gain_nT_A": [-4.0, 5.0, 2.0], "motor": 2}]
     posed = problem(hidden={"motor_current": gains})
-    conclusion = conclude(select(posed))
+    conclusion = conclude(select(posed, COSTLY))
     assert {one.name for one in conclusion.accepted} == {"motor_current"}
     (named,) = explain(conclusion, ()).named
     field = sum(
@@ -118,7 +119,7 @@ FLICKER = {"flicker_noise": {"density_nT_sqrt_hz": [1.0] * 3}}
 @cache
 def changed_whole(flicker: bool = False) -> Selection:
     """What is selected where the iron changed whole."""
-    return select(problem(hidden=IRON_NOW | (FLICKER if flicker else {})))
+    return select(problem(hidden=IRON_NOW | (FLICKER if flicker else {})), COSTLY)
 
 
 @pytest.mark.parametrize("flicker", first_daily([False, True]))
@@ -227,7 +228,7 @@ def test_of_slow_noise_a_slow_log_makes_no_change_of_the_iron(offset_nT: float, 
     """Samples 2 s apart: no means of the evidence's last as long as the turns do, over which the noise wanders."""
     made = recording(700, seed=seed, hidden={"flicker_noise": {"density_nT_sqrt_hz": [6.0] * 3}})
     slow = replace(made, time_s=20 * made.time_s, mag_nT=made.mag_nT + offset_nT * np.array([1.0, -1.0, 1.0]))
-    names = [one.name for one in iron_changes(select(problem(slow))).changes]
+    names = [one.name for one in iron_changes(select(problem(slow), COSTLY)).changes]
     assert names == ["hard_iron"] * bool(offset_nT)
 
 
@@ -238,8 +239,8 @@ def test_a_hard_iron_that_is_off_is_told_beside_noise_whose_mean_is_known_far_be
         "gauss_markov_noise": {"std_nT": [6.0] * 3, "correlation_time_s": 10.0},
     }
     posed = problem(hidden=hidden)
-    found = conclude(select(posed))
+    found = conclude(select(posed, COSTLY))
     assert [one.name for one in found.iron] == ["hard_iron"]
     assert found.noise is not None
-    quiet = conclude(select(problem(hidden={"gauss_markov_noise": hidden["gauss_markov_noise"]})))
+    quiet = conclude(select(problem(hidden={"gauss_markov_noise": hidden["gauss_markov_noise"]}), COSTLY))
     assert (quiet.iron, quiet.noise is not None) == ((), True)

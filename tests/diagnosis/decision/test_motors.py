@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,7 +20,7 @@ from diagnosis.workflow import diagnose
 from recordings import Recording
 from sim.effects.kernels import first_order_lag
 from sim.scenario import ModelSpec
-from tests.diagnosis.synthetic import FIELD_ENU_NT, STRENGTH_NT, problem, recording, without_attitude
+from tests.diagnosis.synthetic import ALL_BUT_SEVEN, FIELD_ENU_NT, STRENGTH_NT, problem, recording, without_attitude
 
 MODEL = ModelSpec.model_validate({"effects": {"white_noise": {"std_nT": [2.0] * 3}}})
 UNEQUAL = np.array([[2.0, -1.0, 3.0], [-1.0, 2.0, 1.0], [3.0, 1.0, -2.0], [0.5, -2.0, 1.0]])
@@ -35,6 +36,10 @@ def driven(gains: np.ndarray, n: int = 1500) -> Recording:
     return replace(quiet, mag_nT=quiet.mag_nT + current_A @ gains, current_A=current_A)
 
 
+def told(given: Recording, **known: Any) -> Diagnosis:
+    return diagnose(given, MODEL, **{"field_enu_nT": FIELD_ENU_NT, "without": ALL_BUT_SEVEN, **known})
+
+
 def gains_of(found: Diagnosis) -> dict[int, tuple[float, ...]]:
     (one,) = found.named
     assert one.name == "motor_current"
@@ -45,9 +50,11 @@ def gains_of(found: Diagnosis) -> dict[int, tuple[float, ...]]:
 def test_motors_whose_wires_run_differently_have_a_gain_each_and_one_name(attitude: bool) -> None:
     given = driven(2 * UNEQUAL)
     if attitude:
-        found = diagnose(given, MODEL, field_enu_nT=FIELD_ENU_NT)
+        found = told(given)
     else:
-        found = diagnose(without_attitude(given), MODEL, strength_nT=STRENGTH_NT, fitted_base=True)
+        found = diagnose(
+            without_attitude(given), MODEL, strength_nT=STRENGTH_NT, fitted_base=True, without=ALL_BUT_SEVEN
+        )
     assert found.verdict == "named"
     for motor, gain in gains_of(found).items():
         assert gain == pytest.approx(2 * UNEQUAL[motor - 1], abs=0.5)
@@ -69,20 +76,22 @@ def test_motors_that_were_found_first_are_asked_again_beside_a_second_effect(gai
 
 
 def test_motors_of_one_gain_have_one() -> None:
-    assert list(gains_of(diagnose(driven(EQUAL), MODEL, field_enu_nT=FIELD_ENU_NT))) == [0]
+    assert list(gains_of(told(driven(EQUAL)))) == [0]
 
 
 def test_motors_of_one_gain_have_one_beside_a_wander_too() -> None:
     given = driven(EQUAL)
     walk_nT = np.cumsum(np.random.default_rng(3).normal(scale=0.5, size=given.mag_nT.shape), axis=0)
-    found = diagnose(replace(given, mag_nT=given.mag_nT + walk_nT), MODEL, field_enu_nT=FIELD_ENU_NT)
+    found = diagnose(
+        replace(given, mag_nT=given.mag_nT + walk_nT), MODEL, field_enu_nT=FIELD_ENU_NT, without=ALL_BUT_SEVEN
+    )
     (one,) = (one for one in found.named if one.name == "motor_current")
     assert [effect.motor for effect in one.effects] == [0]  # type: ignore[attr-defined]
 
 
 def test_a_motor_that_does_nothing_beside_the_others_is_left_out() -> None:
     some = UNEQUAL * np.array([[1.0], [1.0], [1.0], [0.0]])
-    assert set(gains_of(diagnose(driven(some), MODEL, field_enu_nT=FIELD_ENU_NT))) == {1, 2, 3}
+    assert set(gains_of(told(driven(some)))) == {1, 2, 3}
 
 
 def test_a_throttle_is_ahead_of_the_current_and_its_unit_does_not_matter() -> None:
@@ -91,7 +100,7 @@ def test_a_throttle_is_ahead_of_the_current_and_its_unit_does_not_matter() -> No
     current_A = first_order_lag(throttle[:, None], 1.2, 0.1, {})
     given = replace(quiet, mag_nT=quiet.mag_nT + current_A * [8.0, -5.0, 12.0], channels={"throttle": 1e-3 * throttle})
     given = with_actuators(replace(given, current_A=None), ["throttle"], Path("log"))
-    found = diagnose(given, MODEL, field_enu_nT=FIELD_ENU_NT)
+    found = told(given)
     (one,) = found.named
     assert (found.verdict, one.name) == ("named", "motor_current")
     assert one.effect.lag_s == pytest.approx(1.2, rel=0.1)  # type: ignore[attr-defined]
@@ -106,5 +115,5 @@ def test_of_motors_that_run_alike_one_gain_is_told() -> None:
     alike = replace(
         quiet, mag_nT=quiet.mag_nT + course_A * UNEQUAL.sum(axis=0), current_A=np.repeat(course_A, 4, axis=1)
     )
-    (gain,) = gains_of(diagnose(alike, MODEL, field_enu_nT=FIELD_ENU_NT)).values()
+    (gain,) = gains_of(told(alike)).values()
     assert gain == pytest.approx(UNEQUAL.mean(axis=0), abs=0.1)

@@ -31,7 +31,7 @@ from sim import effects as effect_table
 from sim.scenario import ModelSpec
 from tests.diagnosis.decision.answers import IRON as CHANGED
 from tests.diagnosis.decision.answers import diagnosis_of
-from tests.diagnosis.synthetic import FIELD_ENU_NT, STRENGTH_NT, recording, without_attitude
+from tests.diagnosis.synthetic import COSTLY, FIELD_ENU_NT, STRENGTH_NT, recording, without_attitude
 from validation.axes.maps import TURNS
 
 MAPS = [*TURNS, *-TURNS]
@@ -140,7 +140,7 @@ def _along(axes: list[list[float]], model: dict[str, Any]) -> Diagnosis:
     given = recording(1000, hidden=IRON)
     turned = replace(given, mag_nT=given.mag_nT @ np.array(axes, dtype=float).T)
     spec = ModelSpec.model_validate({"effects": model})
-    return diagnose(turned, spec, field_enu_nT=FIELD_ENU_NT, fitted_base=not model)
+    return diagnose(turned, spec, field_enu_nT=FIELD_ENU_NT, fitted_base=not model, without=COSTLY)
 
 
 def _mounted(turn_deg: list[float], hidden: dict[str, Any]) -> Diagnosis:
@@ -148,7 +148,8 @@ def _mounted(turn_deg: list[float], hidden: dict[str, Any]) -> Diagnosis:
     given = recording(1000, hidden=IRON | hidden)
     q = Rotation.from_quat(np.roll(given.att_q, -1, axis=1)) * Rotation.from_rotvec(turn_deg, degrees=True)
     spec = ModelSpec.model_validate({"effects": IRON})
-    return diagnose(replace(given, att_q=np.roll(q.as_quat(), 1, axis=1)), spec, field_enu_nT=FIELD_ENU_NT)
+    turned = replace(given, att_q=np.roll(q.as_quat(), 1, axis=1))
+    return diagnose(turned, spec, field_enu_nT=FIELD_ENU_NT, without=COSTLY)
 
 
 def test_a_mount_that_is_turned_is_told_and_iron_that_differs_is_none() -> None:

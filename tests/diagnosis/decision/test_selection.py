@@ -29,7 +29,7 @@ from sim.effects.base import Effect
 from sim.effects.nonlinearity import Hysteresis
 from sim.effects.offsets import OffsetJump
 from sim.effects.parameters import ACTIVE_WINDOW
-from tests.diagnosis.synthetic import problem, recording
+from tests.diagnosis.synthetic import COSTLY, problem, recording
 
 FIRST, SECOND, THIRD = EFFECTS[:3]
 CLEAN = ResidualTests(())
@@ -202,7 +202,7 @@ def test_a_low_pass_of_another_order_is_one_class_of_look_alikes(cutoff_hz: floa
     start = sosfilt_zi(sos)
     late = np.stack([sosfilt(sos, x, zi=start * x[0])[0][::8] for x in field.T], axis=1)
     noise = np.random.default_rng(1).normal(size=late.shape)
-    found = select(problem(replace(given, mag_nT=late + noise * 40.0))).accepted
+    found = select(problem(replace(given, mag_nT=late + noise * 40.0)), COSTLY).accepted
     assert len(found) == 1
     assert {found[0].name, *found[0].alternatives} >= {"latency", "bandwidth"}
 
@@ -211,7 +211,7 @@ def test_a_low_pass_of_another_order_is_one_class_of_look_alikes(cutoff_hz: floa
 def test_what_only_a_conductor_of_seconds_would_explain_is_no_eddy_current(seconds: float, named: bool) -> None:
     given = recording(1500, noise_nT=20.0)
     hidden = seconds * problem(given).state.field_rate_nT_s * np.array([1.0, -0.3, 0.6])
-    found = select(problem(replace(given, mag_nT=given.mag_nT + hidden))).accepted
+    found = select(problem(replace(given, mag_nT=given.mag_nT + hidden)), COSTLY).accepted
     assert ("eddy_current" in [one.name for one in found]) is named
 
 
@@ -220,7 +220,7 @@ def test_what_is_in_is_settled_anew_beside_the_next() -> None:
     gradient = {"gradient_nT_m": [[0.4, 0.16, -0.12], [0.16, -0.24, 0.08], [-0.12, 0.08, -0.16]]}
     jump = {"time_s": 180.0, "step_nT": [6.0, -4.8, 3.6]}
     hidden = {"field_gradient": {**gradient, "origin_enu_m": [15.0, -10.0, 3.0]}, "offset_jump": jump}
-    selection = select(problem(n=2500, hidden=hidden))
+    selection = select(problem(n=2500, hidden=hidden), COSTLY)
     assert {one.name for one in selection.accepted} == set(hidden)
     assert selection.after.clean
 

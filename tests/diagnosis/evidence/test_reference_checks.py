@@ -19,7 +19,7 @@ from recordings import Recording, read_recording
 from scenarios.arrays import Array
 from sim.scenario import ModelSpec
 from tests.diagnosis.own_compass import IRON, with_own_compass
-from tests.diagnosis.synthetic import FIELD_ENU_NT, NOISE_NT, STRENGTH_NT, problem, recording
+from tests.diagnosis.synthetic import COSTLY, FIELD_ENU_NT, NOISE_NT, STRENGTH_NT, problem, recording
 
 EAST, NORTH, UP = FIELD_ENU_NT
 GAPS = {
@@ -53,6 +53,7 @@ def test_an_effect_is_named_beside_a_misread_field_and_the_model_has_the_right_o
         recording(hidden=hidden),
         ModelSpec.model_validate({"field": {"enu_nT": (EAST, NORTH, -UP)}}),
         fitted_base=True,
+        without=COSTLY,
     )
     assert found.verdict is Verdict.NAMED
     assert [one.name for one in found.named] == ["motor_current"]
@@ -95,7 +96,7 @@ def test_beside_a_heading_of_its_own_compass_a_current_is_found_by_strength_and_
     assert quiet.verdict is Verdict.NONE
     assert quiet.problem.compared == quiet.as_dict()["mode"] == "strength+dip"
     assert "very magnetometer: only the field's strength and dip were compared" in quiet.sentence
-    found = diagnose(with_own_compass(0.3, IRON, gain_nT_A=60.0), ModelSpec(), **given)
+    found = diagnose(with_own_compass(0.3, IRON, gain_nT_A=60.0), ModelSpec(), without=COSTLY, **given)
     assert [one.name for one in found.named] == ["motor_current"]
     assert found.model.field.enu_nT == pytest.approx(FIELD_ENU_NT)
     (gain,) = (one.effect.gain_nT_A for one in found.named)

@@ -16,6 +16,7 @@ from diagnosis.workflow import diagnose
 from sim.effects import EFFECTS
 from sim.scenario import ModelSpec
 from tests.diagnosis.synthetic import (
+    COSTLY,
     FIELD_ENU_NT,
     NOISE_NT,
     STRENGTH_NT,
@@ -55,7 +56,7 @@ def test_the_best_window_gains_what_least_squares_says() -> None:
 def test_an_effect_in_a_fifth_of_the_run_is_named_with_its_window(attitude: bool) -> None:
     given = recording(hidden=SWITCHED)
     given = given if attitude else without_attitude(given)
-    found = diagnose(given, MODEL, strength_nT=STRENGTH_NT, fitted_base=not attitude)
+    found = diagnose(given, MODEL, strength_nT=STRENGTH_NT, fitted_base=not attitude, without=COSTLY)
     (one,) = found.named
     assert (found.verdict, one.name) == ("named", DRIVEN.name)
     assert one.effect.active_s is not None
@@ -72,7 +73,7 @@ def test_an_effect_in_a_fifth_of_the_run_is_named_with_its_window(attitude: bool
 
 def test_a_magnet_brought_near_is_hard_iron_in_a_window_and_the_iron_beside_it_is_the_clean_runs() -> None:
     magnet = {"hard_iron": {"offset_nT": [6.0, -4.0, 4.0], "active_s": list(WINDOW)}}
-    loud, clean = (diagnose(recording(hidden=one), MODEL, fitted_base=True) for one in (magnet, {}))
+    loud, clean = (diagnose(recording(hidden=one), MODEL, fitted_base=True, without=COSTLY) for one in (magnet, {}))
     assert [one.name for one in loud.named] == ["hard_iron"]
     assert clean.verdict == "none"
     state = clean.problem.state
@@ -86,7 +87,7 @@ def test_a_magnet_brought_near_is_hard_iron_in_a_window_and_the_iron_beside_it_i
 
 
 def test_what_acts_always_gets_no_window() -> None:
-    found = diagnose(recording(hidden={DRIVEN.name: GAIN}), MODEL)
+    found = diagnose(recording(hidden={DRIVEN.name: GAIN}), MODEL, without=COSTLY)
     assert [(one.name, one.effect.active_s) for one in found.named] == [(DRIVEN.name, None)]
     assert found.as_dict()["effects"][0]["interval_s"] is None
 

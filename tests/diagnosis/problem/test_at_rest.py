@@ -13,7 +13,7 @@ from diagnosis.workflow import diagnose
 from recordings import Recording
 from scenarios.arrays import Array
 from sim.scenario import ModelSpec
-from tests.diagnosis.synthetic import STRENGTH_NT, recording, without_attitude
+from tests.diagnosis.synthetic import COSTLY, STRENGTH_NT, recording, without_attitude
 
 GAIN = np.array([3e4, -1e4, 2e4])
 
@@ -27,7 +27,7 @@ def _bench(n: int = 3000, gain: np.ndarray = GAIN) -> Recording:  # type: ignore
 
 
 def test_a_coil_as_strong_as_the_field_is_named_with_its_gain() -> None:
-    found = diagnose(_bench(), ModelSpec(), strength_nT=48_000.0, fitted_base=True)
+    found = diagnose(_bench(), ModelSpec(), strength_nT=48_000.0, fitted_base=True, without=COSTLY)
     assert found.problem.still
     assert [one.name for one in found.named] == ["motor_current"]
     assert np.array(found.named[0].effect.gain_nT_A) == pytest.approx(GAIN, abs=5.0)  # type: ignore[attr-defined]
@@ -62,7 +62,7 @@ def test_two_coils_on_or_off_are_no_motion_though_iron_fits_their_four_fields() 
     moved = on @ np.array([[1e4, 0.0, 2e4], [5e3, 1.5e4, 0.0]])
     mag = np.array([2e4, 1e4, -4e4]) + moved + 100.0 * rng.normal(size=moved.shape)
     coils = Recording(time_s=np.arange(3000) / 10, mag_nT=mag, channels={"first": on[:, 0], "second": on[:, 1]})
-    found = diagnose(coils, ModelSpec(), strength_nT=45_000.0, fitted_base=True)
+    found = diagnose(coils, ModelSpec(), strength_nT=45_000.0, fitted_base=True, without=COSTLY)
     assert found.problem.still
     assert found.verdict != "none"
     assert "first" in found.sentence

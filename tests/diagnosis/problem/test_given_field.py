@@ -19,7 +19,7 @@ from scenarios.errors import InputError
 from scenarios.spec import FieldSpec
 from sim.field import earth_field_along, earth_field_enu_nT
 from sim.scenario import ModelSpec
-from tests.diagnosis.synthetic import NOISE_NT, recording, without_attitude
+from tests.diagnosis.synthetic import COSTLY, NOISE_NT, recording, without_attitude
 
 DATE = datetime.date(2024, 5, 27)
 FIELD = FieldSpec(latitude_deg=12.0, longitude_deg=85.0, date=DATE)
@@ -75,7 +75,7 @@ def test_the_field_changes_along_the_track(attitude: bool) -> None:
 
 
 def test_an_effect_is_named_beside_the_track() -> None:
-    found = diagnose(_flown(hidden_nT_A=4.0), _model(), fitted_base=True)
+    found = diagnose(_flown(hidden_nT_A=4.0), _model(), fitted_base=True, without=COSTLY)
     assert [one.name for one in found.named] == ["motor_current"]
 
 

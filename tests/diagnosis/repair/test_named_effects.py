@@ -13,7 +13,7 @@ from diagnosis.decision.selection import select
 from diagnosis.policy import STANDARD
 from diagnosis.repair.named_effects import explain, named_values
 from sim.effects.offsets import OffsetRandomWalk
-from tests.diagnosis.synthetic import problem
+from tests.diagnosis.synthetic import COSTLY, problem
 
 
 @pytest.mark.parametrize(("identified", "listed"), [(True, ()), (False, ("a", "b", "c"))])
@@ -39,7 +39,7 @@ def test_the_form_of_a_cause_belongs_to_it_and_is_no_second_name() -> None:
             "hard_iron_drift": {"rate_nT_h": [200.0, -100.0, 150.0]},
         }
     )
-    selection = conclude(select(posed))
+    selection = conclude(select(posed, COSTLY))
     first, second = selection.accepted
     assert len(explain(selection, ()).named) == 2
     accepted = (first, replace(second, form_of=first.name))

@@ -12,7 +12,7 @@ from diagnosis.workflow import diagnose
 from sim.effects import BY_NAME
 from sim.effects.currents import MotorCurrent
 from sim.scenario import ModelSpec
-from tests.diagnosis.synthetic import FIELD_ENU_NT, NOISE_NT, problem, recording
+from tests.diagnosis.synthetic import COSTLY, FIELD_ENU_NT, NOISE_NT, problem, recording
 from tests.nightly import first_daily
 
 GAIN_NT_A = [4.0, -2.0, 8.0]
@@ -28,7 +28,7 @@ MODEL = ModelSpec.model_validate(
 @pytest.mark.parametrize("seed", first_daily([0, 1, 2]))
 def test_beside_a_random_walk_the_gain_is_the_motor_s_and_the_interval_holds(seed: int) -> None:
     """White least squares give 10 or -17 nT/A for 4, to within 3."""
-    found = diagnose(recording(seed=seed, hidden=HIDDEN), MODEL)
+    found = diagnose(recording(seed=seed, hidden=HIDDEN), MODEL, without=COSTLY)
     motor = next(cause for cause in found.named if cause.name == "motor_current")
     std = motor.spread["gain_nT_A"]
     assert std.max() < 0.5

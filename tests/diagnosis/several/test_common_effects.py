@@ -30,7 +30,7 @@ from sim.effects.currents import MotorCurrent
 from sim.effects.iron import HardIron, HardIronDrift, SoftIron
 from sim.effects.noise import WhiteNoise
 from sim.scenario import ModelSpec
-from tests.diagnosis.synthetic import FIELD_ENU_NT, problem, recording
+from tests.diagnosis.synthetic import COSTLY, FIELD_ENU_NT, problem, recording
 
 N = 2000
 DRIFT = HardIronDrift(rate_nT_h=(900.0, 200.0, 400.0))
@@ -52,7 +52,7 @@ def test_iron_that_differs_to_either_side_is_no_name(offsets_nT, names) -> None:
     """As the mean of a slow wander does."""
     hidden = [{"hard_iron": {"offset_nT": [by, 0.0, 0.0]}} for by in offsets_nT]
     problems = [pose_model(recording(N, seed=i, hidden=one), MODEL, None, None) for i, one in enumerate(hidden)]
-    each = [examine(one, MODEL).selection.iron for one in problems]
+    each = [examine(one, MODEL, COSTLY).selection.iron for one in problems]
     assert [[one.name for one in found] for found in each] == [["hard_iron"], ["hard_iron"]]
     assert [one.name for one in common_iron_changes(each, problems)] == names
 

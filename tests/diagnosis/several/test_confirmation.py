@@ -13,7 +13,7 @@ from diagnosis.workflow import diagnose
 from recordings import Recording
 from sim.scenario import ModelSpec
 from tests.diagnosis.several.test_workflow import motor
-from tests.diagnosis.synthetic import FIELD_ENU_NT, STRENGTH_NT, recording, without_attitude
+from tests.diagnosis.synthetic import ALL_BUT_SEVEN, FIELD_ENU_NT, STRENGTH_NT, recording, without_attitude
 
 MODEL = ModelSpec.model_validate({"effects": {"white_noise": {"std_nT": [2.0] * 3}}})
 
@@ -31,6 +31,7 @@ def first(attitude: bool) -> Diagnosis:
         field_enu_nT=FIELD_ENU_NT if attitude else None,
         strength_nT=STRENGTH_NT,
         fitted_base=True,
+        without=ALL_BUT_SEVEN,
     )
 
 
