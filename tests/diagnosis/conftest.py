@@ -101,15 +101,20 @@ def _model(scenario: str = "quad-calibration") -> ModelSpec:
 
 
 @cache
-def _diagnosed(hidden: str, scenario: str, seed: int) -> Diagnosis:
-    return diagnose(_flight(json.loads(hidden), scenario, seed), _model(scenario))
+def _diagnosed(hidden: str, scenario: str, seed: int, without: frozenset[str]) -> Diagnosis:
+    return diagnose(_flight(json.loads(hidden), scenario, seed), _model(scenario), without=without)
 
 
 @pytest.fixture(scope="session")
 def diagnosed() -> Callable[..., Diagnosis]:
     """The diagnosis of a flight with effects beside the base by the base as a model, made once for all tests."""
 
-    def of(hidden: dict[str, Any], scenario: str = "quad-calibration", seed: int = 5) -> Diagnosis:
-        return _diagnosed(json.dumps(hidden), scenario, seed)
+    def of(
+        hidden: dict[str, Any],
+        scenario: str = "quad-calibration",
+        seed: int = 5,
+        without: frozenset[str] = frozenset(),
+    ) -> Diagnosis:
+        return _diagnosed(json.dumps(hidden), scenario, seed, without)
 
     return of
