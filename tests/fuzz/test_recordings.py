@@ -222,6 +222,7 @@ def test_figures_of_known_cases(place: Path, run: pa.Table, kind: str, command: 
     assert check(place, run, Case(own=True, command=command, **changes)) == status or command == "apply"
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_an_axis_that_repeats_another(place: Path, run: pa.Table) -> None:
     """No method may call such a matrix ok, and what it gives can be applied or is refused."""
     for method in METHODS:

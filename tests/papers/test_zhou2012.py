@@ -10,6 +10,13 @@ from papers.zhou2012.separate import corrections
 from papers.zhou2012.trials import NOISE_NT, PRINTED, STOPS, bound, recording, stops
 
 
+@pytest.fixture(scope="module")
+def run():
+    """What six seeds find, and the pieces of work that were told."""
+    told = []
+    return Zhou2012(seeds=6).run(progress=lambda done, total: told.append((done, total))), told
+
+
 def test_the_stops_are_a_clockwise_turn_of_a_level_sensor():
     state = stops()
     assert len(state) == STOPS
@@ -37,9 +44,8 @@ def test_the_bound_has_the_size_of_the_harmonics():
     assert limit[1] == pytest.approx(NOISE_NT * np.sqrt(2 / STOPS) * 2 / level, rel=0.05)
 
 
-def test_every_claim_holds_and_jobs_do_not_matter():
-    told = []
-    found = Zhou2012(seeds=6).run(progress=lambda done, total: told.append((done, total)))
+def test_every_claim_holds_and_each_piece_of_work_is_told(run):
+    found, told = run
     verdicts = {row.what: row.verdict for row in found.rows if "flown" not in row.what}
     assert "does not hold" not in verdicts.values()
     assert sum(verdict == "holds" for verdict in verdicts.values()) == 8
@@ -70,8 +76,8 @@ def test_the_rows_are_the_same_on_two_processes():
     assert Zhou2012(seeds=4).run(jobs=2).rows == Zhou2012(seeds=4).run(jobs=1).rows
 
 
-def test_pictures():
-    found = Zhou2012(seeds=2).run()
+def test_pictures(run):
+    found, _ = run
     assert set(found.figures) == {"objective", "parameters", "z"}
     for draw in found.figures.values():
         assert draw().axes[0].get_title()
