@@ -44,7 +44,7 @@ GUARDS = {
     "candidates.py": {"HEADROOM"},
     "parameter_search.py": {"PIECE", "OWN_NOISE", "LEAST_SHARE"},
     "drivers.py": {"ROUNDING", "LEAST_RANGE"},
-    "field_pulsations.py": {"ROWS", "TOGETHER", "FINER", "ROUNDS"},
+    "field_pulsations.py": {"LEAST_ROWS", "MOST_ROWS", "ROWS_A_PERIOD", "TOGETHER", "FINER", "ROUNDS"},
     "dipole_position.py": {"MEAN_S", "MOST_MEANS", "SAME_M", "LEAST_M", "STEP_M"},
     "residual_tests.py": {"MOST_TONES"},
     "advice.py": {"MINUTE_S", "MOST_TIMES", "TRIED_CHANNELS"},
